@@ -1,0 +1,29 @@
+"""Errors, verdicts, array axis names, units: what every other package may use."""
+
+from ulna.base.errors import (
+    DesignError,
+    FormulaError,
+    NoFormError,
+    NotAffineError,
+    OptionalDependencyError,
+    PlantError,
+    SimulationError,
+    UlnaError,
+    UnitError,
+)
+from ulna.base.verdict import Status, Verdict, all_of
+
+__all__ = [
+    "DesignError",
+    "FormulaError",
+    "NoFormError",
+    "NotAffineError",
+    "OptionalDependencyError",
+    "PlantError",
+    "SimulationError",
+    "Status",
+    "UlnaError",
+    "UnitError",
+    "Verdict",
+    "all_of",
+]

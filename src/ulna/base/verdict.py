@@ -1,0 +1,90 @@
+"""Answers to yes/no mathematics that say how sure they are and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from types import MappingProxyType
+from typing import Any
+
+from ulna.base.errors import UlnaError
+
+
+class Status(StrEnum):
+    """How a claim stands."""
+
+    PROVED = "proved"
+    """True, by exact computation."""
+    REFUTED = "refuted"
+    """False; the evidence holds a counterexample or the failing object."""
+    SUPPORTED = "supported"
+    """True at every sampled point; true with probability one for analytic expressions, but no proof."""
+    UNDECIDED = "undecided"
+    """Nothing can be said: the evidence tells what was tried."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """A claim, how it stands, and the evidence.
+
+    `bool(verdict)` works only for proved and refuted claims; use `holds` to accept sampled support as well.
+    Evidence is a mapping of short names to plain values or expressions (the bracket that leaves the span,
+    the point, the minor, the number of sampled points, the seed, the tolerance).
+    """
+
+    claim: str
+    status: Status
+    evidence: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "evidence", MappingProxyType(dict(self.evidence)))
+
+    @classmethod
+    def proved(cls, claim: str, /, **evidence: Any) -> Verdict:
+        return cls(claim=claim, status=Status.PROVED, evidence=evidence)
+
+    @classmethod
+    def refuted(cls, claim: str, /, **evidence: Any) -> Verdict:
+        return cls(claim=claim, status=Status.REFUTED, evidence=evidence)
+
+    @classmethod
+    def supported(cls, claim: str, /, **evidence: Any) -> Verdict:
+        return cls(claim=claim, status=Status.SUPPORTED, evidence=evidence)
+
+    @classmethod
+    def undecided(cls, claim: str, /, **evidence: Any) -> Verdict:
+        return cls(claim=claim, status=Status.UNDECIDED, evidence=evidence)
+
+    @property
+    def holds(self) -> bool:
+        """True if proved or supported."""
+        return self.status in (Status.PROVED, Status.SUPPORTED)
+
+    @property
+    def fails(self) -> bool:
+        """True if refuted."""
+        return self.status is Status.REFUTED
+
+    def __bool__(self) -> bool:
+        if self.status is Status.PROVED:
+            return True
+        if self.status is Status.REFUTED:
+            return False
+        raise UlnaError(
+            f"the truth of '{self.claim}'",
+            f"it is only {self.status}, which is not a yes or a no.",
+            "Use .holds to accept sampled support, or read .status and .evidence.",
+        )
+
+    def __str__(self) -> str:
+        return f"{self.status}: {self.claim}"
+
+
+def all_of(claim: str, verdicts: tuple[Verdict, ...] | list[Verdict], /, **evidence: Any) -> Verdict:
+    """The conjunction: refuted by the first refuted part, else as sure as its least sure part."""
+    for status in (Status.REFUTED, Status.UNDECIDED, Status.SUPPORTED):
+        worst = next((v for v in verdicts if v.status is status), None)
+        if worst is not None:
+            return Verdict(claim=claim, status=status, evidence={**worst.evidence, "because": worst.claim, **evidence})
+    return Verdict(claim=claim, status=Status.PROVED, evidence=evidence)
