@@ -1,0 +1,58 @@
+"""Expressions as formula text that the formula parser reads back, and numbers as exact rationals."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+from math import isfinite
+from typing import Any
+
+import sympy as sp
+from sympy.printing.str import StrPrinter
+
+
+class _FormulaPrinter(StrPrinter):
+    """SymPy's text with the few names that differ from the formula language of plants."""
+
+    def _print_Exp1(self, expr: sp.Expr) -> str:  # noqa: ARG002  (the printer's signature)
+        return "exp(1)"
+
+    def _print_Abs(self, expr: sp.Expr) -> str:
+        return f"abs({self._print(expr.args[0])})"
+
+    def _print_Min(self, expr: sp.Expr) -> str:
+        return f"min({self.stringify(expr.args, ', ')})"
+
+    def _print_Max(self, expr: sp.Expr) -> str:
+        return f"max({self.stringify(expr.args, ', ')})"
+
+    def _print_Heaviside(self, expr: sp.Expr) -> str:
+        return f"heaviside({self._print(expr.args[0])})"
+
+
+def formula(expression: sp.Expr) -> str:
+    """The expression as text in the formula language (`symbolic.parse` reads it back)."""
+    return _FormulaPrinter().doprint(expression)
+
+
+def exact(value: Any) -> sp.Expr:
+    """An exact number: what the decimal text of `value` says, never its binary neighbour (0.1 → 1/10).
+
+    Raises:
+        ValueError: for NaN, infinity and what is no number.
+    """
+    if isinstance(value, sp.Expr):
+        number = value
+    elif isinstance(value, bool):
+        raise ValueError(f"{value} is not a number")
+    elif isinstance(value, Decimal | float):
+        if not isfinite(value):
+            raise ValueError(f"{value} is not a finite number")
+        number = sp.Rational(str(value))
+    elif isinstance(value, int | Fraction | str):
+        number = sp.Rational(value)
+    else:
+        number = sp.Rational(str(float(value)))  # NumPy scalars
+    if not number.is_number or number.is_finite is False:
+        raise ValueError(f"{value} is not a finite number")
+    return sp.nsimplify(number, rational=True) if number.has(sp.Float) else number

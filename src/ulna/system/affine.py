@@ -1,0 +1,103 @@
+"""The control-affine view x' = f(x) + g(x) u, y = h(x) of a system, found by differentiation (paper eq. 18)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import sympy as sp
+
+from ulna.base.errors import NotAffineError, PlantError
+from ulna.symbolic.text import formula
+from ulna.symbolic.zero import is_zero
+from ulna.system.system import System
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ControlAffine:
+    """x' = f(x) + g(x) u, y = h(x), with every definition put in and the parameters as symbols.
+
+    Attributes:
+        system: what this is the view of.
+        x: (n,) state symbols; u: (m,) input symbols.
+        f: (n, 1) drift; g: (n, m) input fields as columns; h: (p, 1) outputs.
+    """
+
+    system: System
+    x: tuple[sp.Symbol, ...]
+    u: tuple[sp.Symbol, ...]
+    f: sp.ImmutableDenseMatrix
+    g: sp.ImmutableDenseMatrix
+    h: sp.ImmutableDenseMatrix
+
+    @property
+    def input_fields(self) -> tuple[sp.ImmutableDenseMatrix, ...]:
+        """The m columns of g."""
+        return tuple(self.g[:, j] for j in range(self.g.cols))
+
+
+NON_SMOOTH = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.floor, sp.ceiling, sp.Heaviside, sp.Piecewise)
+"""Functions without the derivatives that vector-field methods need."""
+
+
+@lru_cache(maxsize=64)
+def control_affine(system: System) -> ControlAffine:
+    """The control-affine view of a system.
+
+    Raises:
+        NotAffineError: if a rate is not affine in the inputs or an output depends on them; shows the term.
+    """
+    u = system.input_symbols
+    rates = sp.Matrix(system.inline(system.rates))
+    readouts = sp.Matrix(len(system.readouts), 1, system.inline(system.readouts))
+    at_rest = dict.fromkeys(u, sp.Integer(0))
+    columns = []
+    for symbol in u:
+        column = rates.diff(symbol)
+        for signal, rate, slope in zip(system.states, rates, column, strict=True):
+            _require_free_of_inputs(system, signal.name, rate, slope, u)
+        columns.append(column.xreplace(at_rest))
+    for output, readout in zip(system.outputs, readouts, strict=True):
+        if readout.free_symbols & set(u) and not all(is_zero(readout.diff(s)).holds for s in u):
+            raise NotAffineError(
+                f"output '{output.name}' of '{system.name}'",
+                f"{formula(readout)} depends on an input directly.",
+                "Vector-field methods need outputs of the states alone: add a state for the actuator or sensor.",
+            )
+    try:
+        drift = rates.subs(at_rest)
+    except (TypeError, ZeroDivisionError):
+        drift = sp.Matrix([sp.nan])
+    if drift.has(sp.zoo, sp.nan, sp.oo):
+        raise PlantError(f"drift of '{system.name}'", "a right-hand side is infinite when the inputs are zero.")
+    g = sp.Matrix.hstack(*columns) if columns else sp.zeros(len(rates), 0)
+    return ControlAffine(
+        system=system,
+        x=system.state_symbols,
+        u=u,
+        f=sp.ImmutableDenseMatrix(drift),
+        g=sp.ImmutableDenseMatrix(g),
+        h=sp.ImmutableDenseMatrix(readouts.subs(at_rest)),
+    )
+
+
+def non_smooth_terms(view: ControlAffine) -> tuple[sp.Expr, ...]:
+    """The terms (abs, sign, Piecewise, …) of f, g and h that have no derivatives everywhere."""
+    return tuple(sorted((view.f.atoms(*NON_SMOOTH) | view.g.atoms(*NON_SMOOTH) | view.h.atoms(*NON_SMOOTH)), key=str))
+
+
+def _require_free_of_inputs(
+    system: System, state: str, rate: sp.Expr, slope: sp.Expr, inputs: tuple[sp.Symbol, ...]
+) -> None:
+    if not slope.free_symbols & set(inputs):
+        return
+    if all(is_zero(slope.diff(s)).holds for s in inputs):
+        return
+    involved = [s for s in inputs if slope.has(s)]
+    terms = [t for t in sp.Add.make_args(sp.expand(rate)) if any(t.has(s) and t.diff(s).has(*involved) for s in inputs)]
+    shown = formula(terms[0] if terms else rate)
+    raise NotAffineError(
+        f"equation of state '{state}' in '{system.name}'",
+        f"the term {shown} is not affine in the input {', '.join(s.name for s in involved)}.",
+        "Make that input a state and its derivative the new input (an integrator in front of it).",
+    )

@@ -1,0 +1,177 @@
+"""`connect`: systems in, one system out. Wires become definitions, so the result simulates and compiles like any other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from ulna.base.errors import PlantError
+from ulna.system.signal import Definition, Parameter, Signal
+from ulna.system.system import System
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Part:
+    """One system with the names its quantities bear in the whole."""
+
+    key: str
+    system: System
+    renamed: Mapping[sp.Symbol, sp.Symbol]
+
+    def own(self, expression: sp.Expr) -> sp.Expr:
+        return expression.xreplace(dict(self.renamed))
+
+
+def connect(
+    parts: Mapping[str, System],
+    wires: Mapping[str, str],
+    *,
+    outputs: Sequence[str],
+    name: str,
+    text: str = "",
+) -> System:
+    """One system from parts whose inputs are wired to outputs.
+
+    Args:
+        parts: systems by the key used in wires.
+        wires: `"part.input": "part.output"`, or `"part.input": "name"` for an external input of the whole; inputs
+            left out become external under their own name.
+        outputs: `"part.output"` or `"part.input"` (the wired signal) names that the whole shows.
+        name: the whole's name.
+
+    A name that two parts share gets its part's key as a prefix, except a parameter that both hold alike.
+
+    Raises:
+        PlantError: for an unknown end of a wire or an algebraic loop (the signals are named).
+    """
+    placed = _place(parts)
+    sources = {f"{key}.{o.name}": (key, i) for key, part in placed.items() for i, o in enumerate(part.system.outputs)}
+    externals: dict[str, Signal] = {}
+    wired: dict[tuple[str, str], tuple[str, int]] = {}
+    for key, part in placed.items():
+        for signal in part.system.inputs:
+            end = wires.get(f"{key}.{signal.name}", signal.name)
+            if end in sources:
+                wired[key, signal.name] = sources[end]
+            elif "." in end:
+                raise PlantError(
+                    f"wire '{key}.{signal.name}'", f"there is no output '{end}'.", f"Known: {', '.join(sources)}."
+                )
+            else:
+                externals.setdefault(end, replace(signal, name=end))
+    for end in wires:
+        key, _, signal_name = end.partition(".")
+        if key not in placed or signal_name not in {s.name for s in placed[key].system.inputs}:
+            raise PlantError(f"wire '{end}'", "there is no such input.", f"Parts: {', '.join(parts)}.")
+    definitions, meaning = _wire(placed, wires, wired, set(externals))
+    shown = [_shown(placed, wired, meaning, label) for label in outputs]
+    return System(
+        name=name,
+        text=text,
+        states=tuple(replace(s, name=p.renamed[s.symbol].name) for p in placed.values() for s in p.system.states),
+        rates=tuple(p.own(r) for p in placed.values() for r in p.system.rates),
+        inputs=tuple(externals.values()),
+        outputs=tuple(s for s, _ in shown),
+        readouts=tuple(e for _, e in shown),
+        parameters=_parameters(placed),
+        definitions=definitions,
+        operating_point=_points(placed, externals, wired),
+    )
+
+
+def _place(parts: Mapping[str, System]) -> dict[str, _Part]:
+    """Every part with names unique in the whole."""
+    owners: dict[str, list[tuple[str, object]]] = {}
+    for key, system in parts.items():
+        for item in (*system.states, *system.inputs, *system.definitions, *system.parameters):
+            owners.setdefault(item.name, []).append((key, item))
+    placed = {}
+    for key, system in parts.items():
+        renamed = {}
+        for item in (*system.states, *system.inputs, *system.definitions, *system.parameters):
+            rivals = [other for _, other in owners[item.name]]
+            alike = isinstance(item, Parameter) and all(
+                isinstance(r, Parameter) and r.value == item.value and r.unit == item.unit for r in rivals
+            )
+            new = item.name if len(rivals) == 1 or alike else f"{key}_{item.name}"
+            renamed[item.symbol] = sp.Symbol(new, real=True)
+        placed[key] = _Part(key=key, system=system, renamed=renamed)
+    return placed
+
+
+def _wire(
+    placed: Mapping[str, _Part],
+    wires: Mapping[str, str],
+    wired: Mapping[tuple[str, str], tuple[str, int]],
+    externals: set[str],
+) -> tuple[tuple[Definition, ...], dict[tuple[str, str], sp.Symbol]]:
+    """Definitions of all parts and wires in an order in which each uses only earlier ones."""
+    pending: dict[sp.Symbol, sp.Expr] = {}
+    meaning: dict[tuple[str, str], sp.Symbol] = {}
+    for key, part in placed.items():
+        for definition in part.system.definitions:
+            pending[part.renamed[definition.symbol]] = part.own(definition.expression)
+        for signal in part.system.inputs:
+            here = part.renamed[signal.symbol]
+            meaning[key, signal.name] = here
+            if (key, signal.name) in wired:
+                source_key, index = wired[key, signal.name]
+                pending[here] = placed[source_key].own(placed[source_key].system.readouts[index])
+            else:
+                outer = sp.Symbol(wires.get(f"{key}.{signal.name}", signal.name), real=True)
+                if outer != here:
+                    pending[here] = outer
+    ordered: list[Definition] = []
+    while pending:
+        ready = [s for s, e in pending.items() if not (e.free_symbols & pending.keys())]
+        if not ready:
+            loop = ", ".join(sorted(s.name for s in pending))
+            raise PlantError(
+                "connection", f"an algebraic loop runs through {loop}.", "Break it with a state (a filter or a delay)."
+            )
+        for symbol in ready:
+            ordered.append(Definition(name=symbol.name, expression=pending.pop(symbol)))
+    return tuple(ordered), meaning
+
+
+def _shown(
+    placed: Mapping[str, _Part],
+    wired: Mapping[tuple[str, str], tuple[str, int]],
+    meaning: Mapping[tuple[str, str], sp.Symbol],
+    label: str,
+) -> tuple[Signal, sp.Expr]:
+    key, _, signal_name = label.partition(".")
+    if key in placed:
+        part = placed[key]
+        for signal, readout in zip(part.system.outputs, part.system.readouts, strict=True):
+            if signal.name == signal_name:
+                return signal, part.own(readout)
+        for signal in part.system.inputs:
+            if signal.name == signal_name:
+                return signal, meaning[key, signal_name]
+    raise PlantError(f"output '{label}'", "there is no such signal.", f"Parts: {', '.join(placed)}.")
+
+
+def _parameters(placed: Mapping[str, _Part]) -> tuple[Parameter, ...]:
+    found: dict[str, Parameter] = {}
+    for part in placed.values():
+        for parameter in part.system.parameters:
+            new = part.renamed[parameter.symbol].name
+            found.setdefault(new, replace(parameter, name=new))
+    return tuple(found.values())
+
+
+def _points(
+    placed: Mapping[str, _Part], externals: Mapping[str, Signal], wired: Mapping[tuple[str, str], tuple[str, int]]
+) -> tuple[tuple[str, sp.Expr], ...]:
+    points: dict[str, sp.Expr] = {}
+    for key, part in placed.items():
+        inputs = {s.name for s in part.system.inputs}
+        for signal_name, value in part.system.operating_point:
+            if signal_name in inputs and ((key, signal_name) in wired or signal_name not in externals):
+                continue
+            new = signal_name if signal_name in inputs else part.renamed[sp.Symbol(signal_name, real=True)].name
+            points[new] = value
+    return tuple(points.items())

@@ -1,0 +1,217 @@
+"""The mapping behind plant files: `system_from_mapping` and back (schema: docs/plant-file.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from decimal import Decimal
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+from typing import Any
+
+import sympy as sp
+
+from ulna.base.errors import PlantError
+from ulna.base.units import unit
+from ulna.symbolic.parse import parse_formula
+from ulna.symbolic.text import exact, formula
+from ulna.system.dimensions import check_dimensions
+from ulna.system.signal import Definition, Parameter, Signal
+from ulna.system.system import System
+
+_SECTIONS = ("parameters", "definitions", "states", "inputs", "outputs", "operating_point")
+_TOP = ("format", "name", "text", "source")
+_SIGNAL_KEYS = {"unit", "text", "range"}
+_KEYS: Mapping[str, set[str]] = {
+    "parameters": _SIGNAL_KEYS | {"value", "source"},
+    "states": _SIGNAL_KEYS | {"equation"},
+    "inputs": _SIGNAL_KEYS,
+    "outputs": _SIGNAL_KEYS | {"equation"},
+}
+
+
+def system_from_mapping(data: Mapping[str, Any], *, where: str = "plant") -> System:
+    """The system that a plant file's mapping describes."""
+    _check_shape(data, where)
+    parameters = tuple(_parameter(name, entry, where) for name, entry in data.get("parameters", {}).items())
+    states = _signals(data, "states", where)
+    inputs = _signals(data, "inputs", where)
+    outputs = _signals(data, "outputs", where)
+    names = {item.name: item.symbol for item in (*parameters, *states, *inputs)}
+    _check_unique(data, where)
+    definitions = _definitions(data.get("definitions", {}), names, where)
+    names |= {d.name: d.symbol for d in definitions}
+    system = System(
+        name=str(data.get("name", Path(where).stem)),
+        text=str(data.get("text", "")),
+        source=str(data.get("source", "")),
+        states=states,
+        rates=_equations(data, "states", names, where),
+        inputs=inputs,
+        outputs=outputs,
+        readouts=_equations(data, "outputs", names, where),
+        parameters=parameters,
+        definitions=definitions,
+        operating_point=tuple(
+            (name, _number(value, f"operating point of '{name}' in {where}"))
+            for name, value in data.get("operating_point", {}).items()
+        ),
+    )
+    check_dimensions(system)
+    system.with_values()  # a parameter value that breaks the plant is told now, not in the middle of a design
+    return system
+
+
+def system_to_mapping(system: System) -> dict[str, Any]:
+    """The mapping that `system_from_mapping` reads back to the same system."""
+    data: dict[str, Any] = {"format": 1, "name": system.name}
+    data |= {key: value for key in ("text", "source") if (value := getattr(system, key))}
+    sections: dict[str, dict[str, Any]] = {
+        "parameters": {
+            p.name: _entry(p) | ({"value": _text(p.value)} if p.value is not None else {}) | _some(source=p.source)
+            for p in system.parameters
+        },
+        "definitions": {d.name: formula(d.expression) for d in system.definitions},
+        "states": {
+            s.name: _entry(s) | {"equation": formula(r)} for s, r in zip(system.states, system.rates, strict=True)
+        },
+        "inputs": {s.name: _entry(s) for s in system.inputs},
+        "outputs": {
+            s.name: _entry(s) | {"equation": formula(r)} for s, r in zip(system.outputs, system.readouts, strict=True)
+        },
+        "operating_point": {name: _text(value) for name, value in system.operating_point},
+    }
+    return data | {key: rows for key, rows in sections.items() if rows}
+
+
+def _check_shape(data: Mapping[str, Any], where: str) -> None:
+    if data.get("format", 1) != 1:
+        raise PlantError(where, f"format {data['format']} is unknown.", "This version reads format = 1.")
+    for key in data:
+        if key not in _SECTIONS and key not in _TOP:
+            raise PlantError(where, f"unknown key '{key}'.", f"Known: {', '.join((*_TOP, *_SECTIONS))}.")
+    for section in _SECTIONS:
+        if not isinstance(data.get(section, {}), Mapping):
+            raise PlantError(f"[{section}] in {where}", "a table is due.", f"Write [{section}] and one line per entry.")
+    for section, keys in _KEYS.items():
+        for name, entry in data.get(section, {}).items():
+            for key in entry if isinstance(entry, Mapping) else ():
+                if key not in keys:
+                    known = ", ".join(sorted(keys))
+                    raise PlantError(f"{section} '{name}' in {where}", f"unknown key '{key}'.", f"Known: {known}.")
+
+
+def _check_unique(data: Mapping[str, Any], where: str) -> None:
+    seen: dict[str, str] = {}
+    for section in ("parameters", "definitions", "states", "inputs"):
+        for name in data.get(section, {}):
+            if name in seen:
+                raise PlantError(
+                    f"name '{name}' in {where}", f"it stands in [{seen[name]}] and in [{section}].", "Rename one."
+                )
+            seen[name] = section
+
+
+def _signals(data: Mapping[str, Any], section: str, where: str) -> tuple[Signal, ...]:
+    signals = []
+    for name, entry in data.get(section, {}).items():
+        row = entry if isinstance(entry, Mapping) else {}
+        text = str(row.get("unit", ""))
+        if not unit(text).coherent:
+            raise PlantError(
+                f"{section} '{name}' in {where}",
+                f"its unit '{text}' is not coherent with SI.",
+                "Signals are SI inside: write rad, m, A, V. Parameters may carry any unit.",
+            )
+        lower, upper = _range(row, f"{section} '{name}' in {where}")
+        signals.append(Signal(name=name, unit=text, text=str(row.get("text", "")), lower=lower, upper=upper))
+    return tuple(signals)
+
+
+def _parameter(name: str, entry: Any, where: str) -> Parameter:
+    asked = f"parameter '{name}' in {where}"
+    row = entry if isinstance(entry, Mapping) else {"value": entry}
+    value = _number(row["value"], asked) if "value" in row else None
+    lower, upper = _range(row, asked)
+    if value is not None and ((lower is not None and value < lower) or (upper is not None and value > upper)):
+        raise PlantError(asked, f"its value {value} lies outside its range [{lower}, {upper}].")
+    text = str(row.get("unit", ""))
+    unit(text)
+    return Parameter(
+        name=name,
+        value=value,
+        unit=text,
+        text=str(row.get("text", "")),
+        lower=lower,
+        upper=upper,
+        source=str(row.get("source", "")),
+    )
+
+
+def _range(row: Mapping[str, Any], asked: str) -> tuple[sp.Expr | None, sp.Expr | None]:
+    if "range" not in row:
+        return None, None
+    pair = row["range"]
+    if not isinstance(pair, list | tuple) or len(pair) != 2:
+        raise PlantError(asked, f"range = {pair!r} is no pair.", "Write range = [lower, upper].")
+    lower, upper = (_number(end, f"range of {asked}") for end in pair)
+    if lower >= upper:
+        raise PlantError(asked, f"its range [{lower}, {upper}] is empty.", "Write range = [lower, upper].")
+    return lower, upper
+
+
+def _number(value: Any, asked: str) -> sp.Expr:
+    try:
+        if isinstance(value, str):
+            number = parse_formula(value, {}, where=asked)
+            return number
+        return exact(value)
+    except (ValueError, TypeError):
+        raise PlantError(asked, f"{value} is not a finite number.", "Give a number such as 0.1.") from None
+
+
+def _equations(data: Mapping[str, Any], section: str, names: Mapping[str, sp.Expr], where: str) -> tuple[sp.Expr, ...]:
+    found = []
+    for name, entry in data.get(section, {}).items():
+        asked = f"equation of {section[:-1]} '{name}' in {where}"
+        text = entry.get("equation") if isinstance(entry, Mapping) else entry
+        if text is None:
+            raise PlantError(asked, "it is missing.", 'Add equation = "…".')
+        found.append(sp.Integer(text) if isinstance(text, int) else parse_formula(text, names, where=asked))
+    return tuple(found)
+
+
+def _definitions(rows: Mapping[str, Any], names: Mapping[str, sp.Expr], where: str) -> tuple[Definition, ...]:
+    """Definitions in an order in which each uses only earlier ones."""
+    symbols = {name: sp.Symbol(name, real=True) for name in rows}
+    known = {**names, **symbols}
+    formulas = {}
+    for name, text in rows.items():
+        asked = f"definition '{name}' in {where}"
+        formulas[name] = (
+            exact(text) if isinstance(text, int | Decimal | float) else parse_formula(text, known, where=asked)
+        )
+    needs = {name: [s.name for s in e.free_symbols if s.name in rows] for name, e in formulas.items()}
+    try:
+        order = list(TopologicalSorter(needs).static_order())
+    except CycleError as error:
+        loop = " → ".join(reversed(error.args[1]))
+        raise PlantError(f"definitions in {where}", f"they are cyclic: {loop}.", "Break the circle.") from None
+    return tuple(Definition(name=name, expression=formulas[name]) for name in order)
+
+
+def _entry(item: Signal | Parameter) -> dict[str, Any]:
+    bounded = item.lower is not None and item.upper is not None
+    return _some(unit=item.unit, text=item.text) | (
+        {"range": [_text(item.lower), _text(item.upper)]} if bounded else {}
+    )
+
+
+def _some(**fields: str) -> dict[str, str]:
+    return {key: value for key, value in fields.items() if value}
+
+
+def _text(value: sp.Expr | None) -> Any:
+    """A number as an integer where it is one, else as exact text."""
+    if value is None:
+        return ""
+    return int(value) if value.is_Integer else formula(value)

@@ -1,0 +1,94 @@
+"""The named quantities of a system: states, inputs and outputs (`Signal`), constants (`Parameter`), abbreviations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ulna.base.units import unit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Signal:
+    """A state, an input or an output: a function of time.
+
+    Attributes:
+        name: its name in formulas.
+        unit: its unit, coherent with SI (`"rad"`, `"V"`); empty when the plant carries no units.
+        text: what it is, in a few words.
+        lower, upper: its range, exact, or None where unbounded.
+    """
+
+    name: str
+    unit: str = ""
+    text: str = ""
+    lower: sp.Expr | None = None
+    upper: sp.Expr | None = None
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """The real symbol that stands for it in every expression."""
+        return sp.Symbol(self.name, real=True)
+
+    @property
+    def label(self) -> str:
+        """`name [unit]`, as axes and tables show it."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Parameter:
+    """A constant of the plant. Without a value it stays symbolic in every formula.
+
+    Attributes:
+        value: exact number in `unit`, or None.
+        lower, upper: bounds in `unit`.
+        source: where the number comes from.
+    """
+
+    name: str
+    value: sp.Expr | None = None
+    unit: str = ""
+    text: str = ""
+    lower: sp.Expr | None = None
+    upper: sp.Expr | None = None
+    source: str = ""
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """The real symbol that stands for it in every expression."""
+        return sp.Symbol(self.name, real=True)
+
+    @property
+    def si_value(self) -> sp.Expr | None:
+        """The exact value in SI."""
+        return None if self.value is None else to_si(self.value, self.unit)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Definition:
+    """An abbreviation: `name` stands for `expression`, which may use parameters, states, inputs and earlier ones."""
+
+    name: str
+    expression: sp.Expr
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """The real symbol that stands for it in every expression."""
+        return sp.Symbol(self.name, real=True)
+
+
+def to_si(value: sp.Expr, unit_text: str) -> sp.Expr:
+    """The exact SI number of a value in a unit (degrees become multiples of π)."""
+    return value * _factor(unit_text)
+
+
+def from_si(value: sp.Expr, unit_text: str) -> sp.Expr:
+    """The exact number in a unit of an SI value."""
+    return value / _factor(unit_text)
+
+
+def _factor(unit_text: str) -> sp.Expr:
+    factors = unit(unit_text)
+    return sp.Rational(factors.factor.numerator, factors.factor.denominator) * (sp.pi / 180) ** factors.degrees

@@ -1,0 +1,208 @@
+"""`System`: the one type for plants, observers, compensators and closed loops."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import sympy as sp
+
+from ulna.base.errors import PlantError
+from ulna.symbolic.parse import RESERVED
+from ulna.symbolic.text import exact
+from ulna.system.signal import Definition, Parameter, Signal, from_si
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, weakref_slot=True)
+class System:
+    """A system x' = F(x, u, p), y = H(x, u, p), written in real symbols, exactly.
+
+    Attributes:
+        name: what errors and tables call it.
+        states: (n,) signals, in order.
+        rates: (n,) right-hand sides, the derivative of each state.
+        inputs: (m,) signals; empty for an autonomous system.
+        outputs: (p,) signals; a state may be an output under its own name.
+        readouts: (p,) expressions, what each output measures.
+        parameters: constants, symbolic until `with_values`.
+        definitions: abbreviations in order of dependency; `inline` puts them in.
+        operating_point: exact SI values given for some states and inputs; `equilibrium.operating_point` completes it.
+        text: a line on what the system is; source: where it comes from.
+
+    Raises:
+        PlantError: for duplicate or reserved names, counts that differ, and undeclared symbols.
+    """
+
+    name: str
+    states: tuple[Signal, ...]
+    rates: tuple[sp.Expr, ...]
+    inputs: tuple[Signal, ...] = ()
+    outputs: tuple[Signal, ...] = ()
+    readouts: tuple[sp.Expr, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    definitions: tuple[Definition, ...] = ()
+    operating_point: tuple[tuple[str, sp.Expr], ...] = ()
+    text: str = ""
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        _check_counts(self)
+        _check_names(self)
+        _check_symbols(self)
+
+    @property
+    def state_symbols(self) -> tuple[sp.Symbol, ...]:
+        """(n,) symbols of the states."""
+        return tuple(s.symbol for s in self.states)
+
+    @property
+    def input_symbols(self) -> tuple[sp.Symbol, ...]:
+        """(m,) symbols of the inputs."""
+        return tuple(s.symbol for s in self.inputs)
+
+    @property
+    def parameter_symbols(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of the parameters."""
+        return tuple(p.symbol for p in self.parameters)
+
+    @property
+    def values(self) -> dict[sp.Symbol, sp.Expr]:
+        """Exact SI values of the parameters that have one."""
+        return {p.symbol: v for p in self.parameters if (v := p.si_value) is not None}
+
+    def inline(self, expressions: Iterable[sp.Expr]) -> tuple[sp.Expr, ...]:
+        """The expressions with every definition put in."""
+        if not self.definitions:
+            return tuple(expressions)
+        inlined: dict[sp.Symbol, sp.Expr] = {}
+        for definition in self.definitions:
+            inlined[definition.symbol] = definition.expression.xreplace(inlined)
+        return tuple(e.xreplace(inlined) for e in expressions)
+
+    def with_values(self, values: Mapping[str, Any] | None = None) -> System:
+        """The same system with numbers in place of parameters.
+
+        Args:
+            values: SI numbers by parameter name; left out, every parameter that has a value takes it.
+
+        Raises:
+            PlantError: for a name that is no parameter or a value that breaks a right-hand side (division by zero).
+        """
+        if values is None:
+            numbers = self.values
+        else:
+            numbers = {self._parameter(name).symbol: exact(value) for name, value in values.items()}
+        fixed = {symbol.name for symbol in numbers}
+        rates = tuple(e.xreplace(numbers) for e in self.inline(self.rates))
+        readouts = tuple(e.xreplace(numbers) for e in self.inline(self.readouts))
+        for name, expression in zip((*self.states, *self.outputs), (*rates, *readouts), strict=True):
+            if expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo):
+                zeros = [s.name for s, v in numbers.items() if v == 0]
+                raise PlantError(
+                    f"'{self.name}' with its parameter values",
+                    f"the formula of '{name.name}' divides by zero"
+                    + (f" (zero parameters: {', '.join(zeros)})." if zeros else "."),
+                    "Give those parameters values that keep it finite.",
+                )
+        return replace(
+            self,
+            rates=rates,
+            readouts=readouts,
+            definitions=(),
+            parameters=tuple(p for p in self.parameters if p.name not in fixed),
+        )
+
+    def with_parameters(self, values: Mapping[str, Any]) -> System:
+        """The same system, its parameters kept symbolic but holding other SI values."""
+        for name in values:
+            self._parameter(name)
+        return replace(
+            self,
+            parameters=tuple(
+                replace(p, value=from_si(exact(values[p.name]), p.unit)) if p.name in values else p
+                for p in self.parameters
+            ),
+        )
+
+    def _parameter(self, name: str) -> Parameter:
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        known = ", ".join(p.name for p in self.parameters) or "none"
+        raise PlantError(f"parameter '{name}' of '{self.name}'", "there is no such parameter.", f"Known: {known}.")
+
+    def _repr_latex_(self) -> str:
+        from ulna.symbolic.latex import system_latex
+
+        readouts = {o.name: e for o, e in zip(self.outputs, self.readouts, strict=True)}
+        return system_latex({s.name: e for s, e in zip(self.states, self.rates, strict=True)}, readouts)
+
+
+def _check_counts(system: System) -> None:
+    for what, left, right in (
+        ("states and rates", system.states, system.rates),
+        ("outputs and readouts", system.outputs, system.readouts),
+    ):
+        if len(left) != len(right):
+            raise PlantError(f"system '{system.name}'", f"the numbers of {what} differ: {len(left)} and {len(right)}.")
+    if not system.states:
+        raise PlantError(f"system '{system.name}'", "it has no states.", "Give [states] at least one entry.")
+
+
+def _check_names(system: System) -> None:
+    kinds: dict[str, str] = {}
+    rows = (
+        ("state", system.states),
+        ("input", system.inputs),
+        ("parameter", system.parameters),
+        ("definition", system.definitions),
+    )
+    for kind, row in rows:
+        for item in row:
+            if not item.name.isidentifier():
+                raise PlantError(
+                    f"{kind} '{item.name}' of '{system.name}'", "this is no name.", "Use letters, digits, _."
+                )
+            if item.name in RESERVED:
+                raise PlantError(f"{kind} '{item.name}' of '{system.name}'", "the name is a function or constant.")
+            if item.name in kinds:
+                raise PlantError(
+                    f"{kind} '{item.name}' of '{system.name}'",
+                    f"the name is taken by a {kinds[item.name]} already.",
+                    "Rename one of them.",
+                )
+            kinds[item.name] = kind
+    names = [o.name for o in system.outputs]
+    for name in names:
+        if names.count(name) > 1:
+            raise PlantError(
+                f"output '{name}' of '{system.name}'", "two outputs bear this name.", "Rename one of them."
+            )
+
+
+def _check_symbols(system: System) -> None:
+    declared = {*system.state_symbols, *system.input_symbols, *system.parameter_symbols}
+    for definition in system.definitions:
+        _check_declared(system, f"definition '{definition.name}'", definition.expression, declared)
+        declared.add(definition.symbol)
+    for signal, expression in zip((*system.states, *system.outputs), (*system.rates, *system.readouts), strict=True):
+        _check_declared(system, f"formula of '{signal.name}'", expression, declared)
+    known = {s.name for s in (*system.states, *system.inputs)}
+    for name, _ in system.operating_point:
+        if name not in known:
+            raise PlantError(
+                f"operating point of '{system.name}'",
+                f"'{name}' is neither a state nor an input.",
+                f"Known: {', '.join(sorted(known))}.",
+            )
+
+
+def _check_declared(system: System, where: str, expression: sp.Expr, declared: set[sp.Symbol]) -> None:
+    unknown = sorted(s.name for s in expression.free_symbols - declared)
+    if unknown:
+        raise PlantError(
+            f"{where} in '{system.name}'",
+            f"unknown symbol{'s' * (len(unknown) > 1)} {', '.join(unknown)}.",
+            "Declare it as a state, input, parameter or definition (symbols are real: Symbol(name, real=True)).",
+        )
