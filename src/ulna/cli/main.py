@@ -1,0 +1,31 @@
+"""The entry point of `ulna`. Commands import what they need when they run: help and completion answer at once."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from ulna import __version__
+
+app = typer.Typer(
+    name="ulna",
+    help="From a nonlinear plant written as equations to a proven output-feedback controller.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"ulna {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _main(
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and leave.")
+    ] = False,
+) -> None:
+    """From a nonlinear plant written as equations to a proven output-feedback controller."""
