@@ -20,7 +20,7 @@ class System:
 
     Attributes:
         name: what errors and tables call it.
-        states: (n,) signals, in order.
+        states: (n,) signals, in order; none for a static map such as a feedback law.
         rates: (n,) right-hand sides, the derivative of each state.
         inputs: (m,) signals; empty for an autonomous system.
         outputs: (p,) signals; a state may be an output under its own name.
@@ -146,8 +146,6 @@ def _check_counts(system: System) -> None:
     ):
         if len(left) != len(right):
             raise PlantError(f"system '{system.name}'", f"the numbers of {what} differ: {len(left)} and {len(right)}.")
-    if not system.states:
-        raise PlantError(f"system '{system.name}'", "it has no states.", "Give [states] at least one entry.")
 
 
 def _check_names(system: System) -> None:
