@@ -1,0 +1,209 @@
+"""Time budgets for computer algebra: a step that takes too long is given up, nothing else is touched.
+
+`BudgetExceeded` derives from `BaseException`, because SymPy answers many of its own troubles with
+`except Exception` and would otherwise swallow the interruption and go on.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import FrameType, TracebackType
+from typing import Generic, ParamSpec, TypeVar
+
+from ulna.base import UlnaError
+
+_REPEAT = 0.05
+"""s between two interruptions of one budget: the first can be lost in a finaliser, which drops every exception."""
+
+_SHORTEST = 1e-3
+"""s: a timer is never armed for less, so that it cannot fire before the block is entered."""
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+
+class BudgetExceeded(BaseException):
+    """The time of the innermost expired `time_budget` is spent."""
+
+
+class _Stack(threading.local):
+    """The budgets that are open in one thread, outermost first."""
+
+    def __init__(self) -> None:
+        self.open: list[time_budget] = []
+
+
+_stack = _Stack()
+
+
+class time_budget:  # noqa: N801 - read as a verb: `with time_budget(0.5):`
+    """Raise `BudgetExceeded` inside the block once `seconds` have passed; never after the block was left.
+
+    Budgets nest: the tightest one fires first, an outer one goes on counting and is armed again afterwards.
+    A main thread whose SIGALRM is free uses the interval timer of the process, any other thread a watcher
+    that raises asynchronously. Both act between two Python instructions: one long call into compiled code
+    is interrupted only when it returns. SIGINT is not touched.
+
+    Args:
+        seconds: s, wall time; infinity for no limit.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = float(seconds)
+        self.deadline = math.inf
+        self._watcher: _Watcher | None = None
+
+    @property
+    def expired(self) -> bool:
+        """True once the time is spent."""
+        return time.monotonic() >= self.deadline
+
+    def __enter__(self) -> time_budget:
+        self.deadline = time.monotonic() + self.seconds
+        _stack.open.append(self)
+        if math.isinf(self.deadline):
+            return self
+        if _signal_is_free():
+            _arm_signal()
+        else:
+            self._watcher = _Watcher(thread=threading.get_ident(), deadline=self.deadline)
+            self._watcher.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        while True:
+            try:
+                self._leave(interrupted=isinstance(error, BudgetExceeded))
+                return
+            except BudgetExceeded:
+                # It arrived while the block was being left: the work is done, so it must not come out.
+                continue
+
+    def _leave(self, *, interrupted: bool) -> None:
+        if self._watcher is not None:
+            self._watcher.stop()
+        if self in _stack.open:
+            del _stack.open[_stack.open.index(self) :]
+        if self._watcher is None and not math.isinf(self.deadline):
+            # An outer budget that is spent too is already on its way out with this exception.
+            _arm_signal(quiet=interrupted and any(outer.expired for outer in _stack.open))
+
+
+def _signal_is_free() -> bool:
+    if threading.current_thread() is not threading.main_thread():
+        return False
+    handler = signal.getsignal(signal.SIGALRM)
+    return handler is _on_alarm or handler in (signal.SIG_DFL, signal.SIG_IGN)
+
+
+def _arm_signal(*, quiet: bool = False) -> None:
+    """Set the process timer for the tightest open budget of the main thread, or give the signal back."""
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    deadline = min((one.deadline for one in _stack.open if one._watcher is None), default=math.inf)
+    if math.isinf(deadline):
+        if signal.getsignal(signal.SIGALRM) is _on_alarm:
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        return
+    signal.signal(signal.SIGALRM, _on_alarm)
+    first = _REPEAT if quiet else max(deadline - time.monotonic(), _SHORTEST)
+    signal.setitimer(signal.ITIMER_REAL, first, _REPEAT)
+
+
+def _on_alarm(number: int, frame: FrameType | None) -> None:
+    # Entering and leaving a budget must run to their ends, or a timer would outlive its block.
+    for _ in range(3):
+        if frame is None:
+            break
+        if frame.f_code in _PROTECTED:
+            return
+        frame = frame.f_back
+    if any(one.expired for one in _stack.open):
+        raise BudgetExceeded
+
+
+_PROTECTED = frozenset(
+    function.__code__ for function in (time_budget.__enter__, time_budget.__exit__, time_budget._leave, _arm_signal)
+)
+
+
+class _Watcher(threading.Thread):
+    """Raises `BudgetExceeded` in another thread when the deadline passes, until it is stopped."""
+
+    def __init__(self, *, thread: int, deadline: float) -> None:
+        super().__init__(name="ulna time budget", daemon=True)
+        self._target_thread = ctypes.c_ulong(thread)
+        self._deadline = deadline
+        self._stopped = threading.Event()
+        self._lock = threading.Lock()
+
+    def run(self) -> None:
+        delay = max(self._deadline - time.monotonic(), _SHORTEST)
+        while not self._stopped.wait(delay):
+            with self._lock:
+                if not self._stopped.is_set():
+                    ctypes.pythonapi.PyThreadState_SetAsyncExc(self._target_thread, ctypes.py_object(BudgetExceeded))
+            delay = _REPEAT
+
+    def stop(self) -> None:
+        """No interruption arrives after this returns; one that is on its way is taken back."""
+        self._stopped.set()
+        with self._lock:
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(self._target_thread, None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Attempt(Generic[Result]):
+    """What a bounded computation gave.
+
+    `value` is None unless it came to its end; `ran_out` says that the time was spent; `reason` is an empty text
+    or one line on what went wrong.
+    """
+
+    value: Result | None
+    ran_out: bool
+    reason: str
+
+    @property
+    def succeeded(self) -> bool:
+        """True if the computation came to its end."""
+        return not self.reason
+
+
+def attempt(
+    seconds: float,
+    what: str,
+    function: Callable[Arguments, Result],
+    /,
+    *arguments: Arguments.args,
+    **keywords: Arguments.kwargs,
+) -> Attempt[Result]:
+    """The value of `function(*arguments, **keywords)`, or why there is none after at most `seconds`.
+
+    Computer algebra fails in many ways (NotImplementedError, ValueError, RecursionError, ...): each becomes a
+    reason. Mistakes of the user (`UlnaError`), KeyboardInterrupt and an outer budget that is spent pass through.
+
+    Args:
+        seconds: s, wall time.
+        what: what is tried, in words, for the reason (`"solve for x1"`).
+        function: called with the remaining arguments.
+    """
+    try:
+        with time_budget(seconds):
+            value = function(*arguments, **keywords)
+    except BudgetExceeded:
+        if any(outer.expired for outer in _stack.open):
+            raise
+        return Attempt(value=None, ran_out=True, reason=f"{what}: no answer within {seconds:g} s")
+    except UlnaError:
+        raise
+    except Exception as error:  # noqa: BLE001 - whatever the algebra raises is the answer here
+        return Attempt(value=None, ran_out=False, reason=f"{what}: {type(error).__name__}: {error}")
+    return Attempt(value=value, ran_out=False, reason="")

@@ -1,0 +1,222 @@
+"""Exact arithmetic with fractions of polynomials in generators that obey relations (sin^2 = 1 - cos^2, r^2 = 2, ...).
+
+An element is a pair (numerator, denominator) of integer polynomials (FLINT). Reduction by the relations is exact, so
+an element whose numerator reduces to 0 *is* zero wherever its denominators are not; the converse need not hold.
+`embed` brings SymPy expressions here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeAlias
+
+import sympy as sp
+from flint import Ordering, fmpz_mpoly, fmpz_mpoly_ctx
+
+Polynomial: TypeAlias = fmpz_mpoly
+Element: TypeAlias = tuple[Polynomial, Polynomial]
+"""Numerator and denominator."""
+
+_PRODUCT_LIMIT = 2_000_000
+"""Term pairs of one product: about 0.2 s. Compiled code is not interruptible, so size is bounded beforehand."""
+
+_GCD_LIMIT = 3_000
+"""Terms of both polynomials up to which a common divisor is looked for."""
+
+
+class TooLargeError(Exception):
+    """An intermediate polynomial is over the size limit."""
+
+
+class NoRoomError(Exception):
+    """More generators are needed than the field was made for."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Relation:
+    """generator^power = numerator / denominator, in generators made earlier."""
+
+    generator: int
+    power: int
+    numerator: Polynomial
+    denominator: Polynomial
+
+
+class Field:
+    """Fractions over a growing list of generators; each generator knows the SymPy expression it stands for.
+
+    Args:
+        room: the greatest number of generators.
+    """
+
+    def __init__(self, room: int) -> None:
+        self.context = fmpz_mpoly_ctx.get([f"t{number}" for number in range(room)], Ordering.degrevlex)
+        self.room = room
+        self.variables = self.context.gens()
+        self.meaning: list[sp.Expr] = []
+        self.relations: list[Relation] = []
+        self.one = self.context.constant(1)
+        self.none = self.context.constant(0)
+
+    def generator(self, meaning: sp.Expr) -> int:
+        """The number of a new generator that stands for `meaning`."""
+        if len(self.meaning) == self.room:
+            raise NoRoomError
+        self.meaning.append(meaning)
+        return len(self.meaning) - 1
+
+    def element(self, generator: int) -> Element:
+        """The generator as an element."""
+        return self.variables[generator], self.one
+
+    def relate(self, generator: int, power: int, value: Element) -> None:
+        """From now on generator^power = value; a former relation of this generator is dropped."""
+        self.relations = [one for one in self.relations if one.generator != generator]
+        self.relations.append(Relation(generator=generator, power=power, numerator=value[0], denominator=value[1]))
+        # A relation may only mention earlier generators: reducing the latest first then needs one pass.
+        self.relations.sort(key=lambda one: one.generator)
+
+    def rational(self, number: sp.Rational) -> Element:
+        """A rational number."""
+        return self.context.constant(int(number.p)), self.context.constant(int(number.q))
+
+    def is_zero(self, element: Element) -> bool:
+        """True only if the element is zero by the relations."""
+        return self.reduced(element[0])[0].is_zero()
+
+    def reduced(self, polynomial: Polynomial) -> Element:
+        """The polynomial with every generator below the power of its relation, as a fraction."""
+        denominator = self.one
+        for relation in reversed(self.relations):
+            if polynomial.degrees()[relation.generator] < relation.power:
+                continue
+            groups: dict[int, dict[tuple[int, ...], int]] = {}
+            for exponents, coefficient in polynomial.to_dict().items():
+                times, rest = divmod(exponents[relation.generator], relation.power)
+                lower = (*exponents[: relation.generator], rest, *exponents[relation.generator + 1 :])
+                groups.setdefault(times, {})[lower] = coefficient
+            polynomial, factor = self._substituted(relation, groups)
+            denominator = self.times(denominator, factor)
+        return polynomial, denominator
+
+    def _substituted(
+        self, relation: Relation, groups: dict[int, dict[tuple[int, ...], int]]
+    ) -> tuple[Polynomial, Polynomial]:
+        # Horner in the relation's value: sum_k P_k (n/d)^k = (sum_k P_k n^k d^(top-k)) / d^top.
+        top = max(groups)
+        total = self.none
+        scale = self.one
+        for times in range(top, -1, -1):
+            part = self.context.from_dict(groups[times]) if times in groups else self.none
+            total = self.times(total, relation.numerator) + self.times(part, scale)
+            if times:
+                scale = self.times(scale, relation.denominator)
+        return total, scale
+
+    def times(self, first: Polynomial, second: Polynomial) -> Polynomial:
+        """The product of two polynomials, unless it would be too large."""
+        if len(first) * len(second) > _PRODUCT_LIMIT:
+            raise TooLargeError
+        return first * second
+
+    def make(self, numerator: Polynomial, denominator: Polynomial) -> Element:
+        """The fraction reduced by the relations and in lowest terms.
+
+        Raises:
+            ZeroDivisionError: if the denominator is zero by the relations.
+        """
+        numerator, below = self.reduced(numerator)
+        denominator, above = self.reduced(denominator)
+        if denominator.is_zero():
+            raise ZeroDivisionError("a denominator vanishes identically")
+        if numerator.is_zero():
+            return self.none, self.one
+        if not above.is_one():
+            numerator = self.times(numerator, above)
+        if not below.is_one():
+            denominator = self.times(denominator, below)
+        return self._lowest(numerator, denominator)
+
+    def _lowest(self, numerator: Polynomial, denominator: Polynomial) -> Element:
+        if len(numerator) + len(denominator) <= _GCD_LIMIT and not denominator.is_one():
+            divisor = numerator.gcd(denominator)
+            if not divisor.is_one():
+                numerator, denominator = numerator // divisor, denominator // divisor
+        if int(denominator.leading_coefficient()) < 0:
+            numerator, denominator = -numerator, -denominator
+        return numerator, denominator
+
+    def add(self, first: Element, second: Element) -> Element:
+        """The sum."""
+        if first[1] == second[1]:
+            return self.make(first[0] + second[0], first[1])
+        shared = self.one
+        if len(first[1]) + len(second[1]) <= _GCD_LIMIT:
+            shared = first[1].gcd(second[1])
+        left, right = first[1] // shared, second[1] // shared
+        numerator = self.times(first[0], right) + self.times(second[0], left)
+        return self.make(numerator, self.times(first[1], right))
+
+    def negative(self, element: Element) -> Element:
+        """Minus the element."""
+        return -element[0], element[1]
+
+    def multiply(self, first: Element, second: Element) -> Element:
+        """The product."""
+        left = self._lowest(first[0], second[1]) if not first[0].is_zero() else first
+        right = self._lowest(second[0], first[1]) if not second[0].is_zero() else second
+        if first[0].is_zero() or second[0].is_zero():
+            return self.none, self.one
+        return self.make(self.times(left[0], right[0]), self.times(left[1], right[1]))
+
+    def inverse(self, element: Element) -> Element:
+        """One over the element."""
+        return self.make(element[1], element[0])
+
+    def power(self, element: Element, exponent: int) -> Element:
+        """An integer power."""
+        if exponent < 0:
+            return self.power(self.inverse(element), -exponent)
+        result: Element = (self.one, self.one)
+        square = element
+        while exponent:
+            if exponent & 1:
+                result = self.multiply(result, square)
+            exponent >>= 1
+            if exponent:
+                square = self.multiply(square, square)
+        return result
+
+    def total(self, elements: list[Element]) -> Element:
+        """The sum of many, added pairwise to keep the parts small."""
+        if not elements:
+            return self.none, self.one
+        while len(elements) > 1:
+            paired = [self.add(one, two) for one, two in pairwise_apart(elements)]
+            elements = paired + elements[len(paired) * 2 :]
+        return elements[0]
+
+    def expression(self, element: Element) -> sp.Expr:
+        """The element as a SymPy expression."""
+        return self.polynomial(element[0]) / self.polynomial(element[1])
+
+    def factored(self, element: Element) -> sp.Expr:
+        """The element as a SymPy expression, numerator and denominator in irreducible factors."""
+        top, above = element[0].factor()
+        bottom, below = element[1].factor()
+        factors = [self.polynomial(p) ** int(e) for p, e in above] + [self.polynomial(p) ** -int(e) for p, e in below]
+        return sp.Mul(sp.Rational(int(top), int(bottom)), *factors)
+
+    def polynomial(self, polynomial: Polynomial) -> sp.Expr:
+        """The polynomial as a SymPy expression."""
+        terms: list[sp.Expr] = []
+        for exponents, coefficient in polynomial.to_dict().items():
+            factors = [self.meaning[k] ** power for k, power in enumerate(exponents) if power]
+            terms.append(sp.Mul(sp.Integer(int(coefficient)), *factors))
+        return sp.Add(*terms)
+
+
+def pairwise_apart(elements: list[Element]) -> list[tuple[Element, Element]]:
+    """(0, 1), (2, 3), ...: neighbours without overlap."""
+    return list(pairwise(elements))[::2]
