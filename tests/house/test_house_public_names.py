@@ -1,0 +1,70 @@
+"""The lazy table of `src/ulna/__init__.py`: complete, true, documented."""
+
+from __future__ import annotations
+
+import ast
+import importlib.metadata
+import inspect
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import ulna
+
+ROOT = Path(__file__).parents[2]
+PROGRAM = Path(sys.executable).with_name("ulna")
+NAMES = [name for name in ulna.__all__ if name != "__version__"]
+
+
+def _imports_for_type_checkers() -> dict[str, str]:
+    """Name → module, read from the `if TYPE_CHECKING:` block."""
+    tree = ast.parse((ROOT / "src" / "ulna" / "__init__.py").read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    return {
+        alias.asname or alias.name: str(statement.module)
+        for statement in block.body
+        if isinstance(statement, ast.ImportFrom)
+        for alias in statement.names
+    }
+
+
+def test_type_checkers_and_the_program_see_the_same_names() -> None:
+    assert _imports_for_type_checkers() == ulna._HOME
+
+
+def test_the_table_is_in_alphabetical_order() -> None:
+    assert list(ulna._HOME) == sorted(ulna._HOME, key=str.lower)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_public_name_can_be_used_and_is_documented(name: str) -> None:
+    value = getattr(ulna, name)
+    assert inspect.getdoc(value), f"ulna.{name} has no docstring"
+    if inspect.isclass(value) or inspect.isfunction(value):
+        assert value.__doc__
+        assert not value.__doc__.startswith(f"{name}("), f"ulna.{name} has only the docstring of its dataclass"
+
+
+def test_dir_lists_the_public_names() -> None:
+    assert set(dir(ulna)) == {"__version__", *NAMES}
+
+
+def test_an_unknown_name_is_an_attribute_error_that_names_it() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'controler_form'"):
+        _ = ulna.controler_form
+
+
+def test_a_star_import_brings_the_public_names() -> None:
+    code = "from ulna import *; print(Verdict.__name__)"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout == "Verdict\n"
+
+
+def test_there_is_one_version() -> None:
+    assert re.fullmatch(r"\d+\.\d+\.\d+", ulna.__version__)
+    assert importlib.metadata.version("ulna") == ulna.__version__
+    result = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True, check=True)
+    assert result.stdout == f"ulna {ulna.__version__}\n"
