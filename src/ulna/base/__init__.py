@@ -9,6 +9,7 @@ from ulna.base.errors import (
     PlantError,
     SimulationError,
     UlnaError,
+    UlnaWarning,
     UnitError,
 )
 from ulna.base.verdict import Status, Verdict, all_of
@@ -23,6 +24,7 @@ __all__ = [
     "SimulationError",
     "Status",
     "UlnaError",
+    "UlnaWarning",
     "UnitError",
     "Verdict",
     "all_of",

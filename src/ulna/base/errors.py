@@ -25,6 +25,10 @@ class UlnaError(Exception):
         return f"{text} {self.hint}" if self.hint else text
 
 
+class UlnaWarning(UserWarning):
+    """Something allowed that the user should know: an unstable pole, a value outside its range."""
+
+
 class FormulaError(UlnaError):
     """A formula that cannot be read: syntax, unknown name or function, runaway power."""
 
