@@ -1,0 +1,182 @@
+"""Distributions: spans of vector fields, their dimension, members, annihilator, involutivity and closure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from sympy import Expr, ImmutableDenseMatrix, Symbol
+from sympy.matrices import MatrixBase
+
+from ulna.base import UlnaError, Verdict, all_of
+from ulna.geometry.lie import lie_bracket
+from ulna.geometry.oneform import OneForm
+from ulna.symbolic.elimination import null_space, row_reduce
+from ulna.symbolic.rank import Rank, generic_rank, rank_at
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Distribution:
+    """span{f₁, …, f_m} over n coordinates; the fields may be dependent.
+
+    Args:
+        coordinates: x, n symbols.
+        fields: vector fields of shape (n, 1).
+    """
+
+    coordinates: tuple[Symbol, ...]
+    fields: tuple[ImmutableDenseMatrix, ...]
+
+    def __post_init__(self) -> None:
+        shape = (len(self.coordinates), 1)
+        for number, field in enumerate(self.fields):
+            if tuple(field.shape) != shape:
+                raise UlnaError(
+                    f"a distribution over {shape[0]} coordinates",
+                    f"field number {number} has shape {tuple(field.shape)} instead of {shape}.",
+                    "Vector fields are columns, one entry per coordinate.",
+                )
+
+    @property
+    def matrix(self) -> ImmutableDenseMatrix:
+        """The fields side by side, shape (n, m)."""
+        if not self.fields:
+            return ImmutableDenseMatrix(len(self.coordinates), 0, [])
+        return ImmutableDenseMatrix.hstack(*self.fields)
+
+
+def distribution(fields: Sequence[MatrixBase], coordinates: Sequence[Symbol]) -> Distribution:
+    """The span of columns (n, 1)."""
+    return Distribution(coordinates=tuple(coordinates), fields=tuple(ImmutableDenseMatrix(field) for field in fields))
+
+
+def generic_dimension(span: Distribution) -> Rank:
+    """The dimension on an open dense set."""
+    return generic_rank(span.matrix)
+
+
+def dimension_at(span: Distribution, point: Mapping[Symbol, Expr]) -> Rank:
+    """The dimension at a point; parameters without a value there stay generic."""
+    return rank_at(span.matrix, point)
+
+
+def regular_at(span: Distribution, point: Mapping[Symbol, Expr]) -> Verdict:
+    """Whether the dimension at the point is the generic one, so that it is constant around the point."""
+    generic, local = generic_dimension(span), dimension_at(span, point)
+    evidence = {"generic_dimension": generic.value, "dimension_at_point": local.value, "point": dict(point)}
+    claim = "the distribution has constant dimension around the point"
+    if local.value < generic.value:
+        return Verdict.refuted(claim, **evidence)
+    return all_of(claim, [generic.verdict, local.verdict], **evidence)
+
+
+def generic_basis(span: Distribution) -> Distribution:
+    """Fields chosen among the spanning ones, in their order, that are independent on an open dense set."""
+    kept: list[ImmutableDenseMatrix] = []
+    for field in span.fields:
+        if len(kept) == len(span.coordinates):
+            break
+        if generic_rank(ImmutableDenseMatrix.hstack(*kept, field)).value > len(kept):
+            kept.append(field)
+    return Distribution(coordinates=span.coordinates, fields=tuple(kept))
+
+
+def contains(span: Distribution, field: MatrixBase) -> Verdict:
+    """Whether the field lies in the span on an open dense set; the evidence holds both ranks and the point."""
+    claim = "the field lies in the distribution"
+    before = generic_dimension(span)
+    after = generic_rank(ImmutableDenseMatrix.hstack(*span.fields, ImmutableDenseMatrix(field)))
+    evidence = {"rank_before": before.value, "rank_after": after.value, "point": after.point}
+    if after.value > before.value:
+        if before.value == len(span.fields) or before.verdict.holds:
+            return Verdict.refuted(claim, **evidence)
+        return Verdict.undecided(claim, **evidence)
+    return all_of(claim, [after.verdict], **evidence)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Membership:
+    """A field as a combination of the spanning fields: field = Σ cᵢ fᵢ.
+
+    `coefficients` is None where the field is no member.
+    """
+
+    coefficients: tuple[Expr, ...] | None
+    verdict: Verdict
+
+
+def membership(span: Distribution, field: MatrixBase) -> Membership:
+    """The coefficients of a field over the spanning fields; 0 for fields not needed as a basis."""
+    verdict = contains(span, field)
+    if not verdict.holds:
+        return Membership(coefficients=None, verdict=verdict)
+    reduction = row_reduce(ImmutableDenseMatrix.hstack(*span.fields, ImmutableDenseMatrix(field)))
+    # A pivot in the last column would mean that the field is no member.
+    values: dict[int, Expr] = {c: reduction.rows[i, len(span.fields)] for i, c in enumerate(reduction.pivots)}
+    coefficients = tuple(values.get(k, field[0] * 0) for k in range(len(span.fields)))
+    return Membership(coefficients=coefficients, verdict=verdict)
+
+
+def sum_of(first: Distribution, second: Distribution) -> Distribution:
+    """The span of the fields of both.
+
+    Raises:
+        UlnaError: they live over different coordinates.
+    """
+    if first.coordinates != second.coordinates:
+        raise UlnaError(
+            "the sum of two distributions",
+            f"{first.coordinates} and {second.coordinates} are different coordinates.",
+        )
+    return Distribution(coordinates=first.coordinates, fields=first.fields + second.fields)
+
+
+def annihilator(span: Distribution) -> tuple[OneForm, ...]:
+    """n − d one-forms that vanish on the span and are independent on an open dense set."""
+    n = len(span.coordinates)
+    if not span.fields:
+        rows = [ImmutableDenseMatrix.eye(n)[i, :] for i in range(n)]
+    else:
+        rows = [column.T for column in null_space(span.matrix.T)]
+    return tuple(OneForm(coordinates=span.coordinates, row=row) for row in rows)
+
+
+def involutive(span: Distribution) -> Verdict:
+    """Whether all brackets of spanning fields lie in the span, on an open dense set.
+
+    The refutation's evidence: `pair` (positions i < j among the spanning fields), `bracket` = [f_i, f_j],
+    `rank_before`, `rank_after` and the `point` where the ranks were taken.
+    """
+    claim = "the distribution is involutive"
+    basis = generic_basis(span)
+    if len(basis.fields) >= len(span.coordinates):
+        return Verdict.proved(claim, reason="it is the whole tangent space")
+    parts = []
+    for i, j in combinations(range(len(basis.fields)), 2):
+        bracket = lie_bracket(basis.fields[i], basis.fields[j], span.coordinates)
+        if all(entry == 0 for entry in bracket):
+            continue
+        part = contains(basis, bracket)
+        if part.fails:
+            pair = (span.fields.index(basis.fields[i]), span.fields.index(basis.fields[j]))
+            return Verdict.refuted(claim, **{**part.evidence, "pair": pair, "bracket": bracket})
+        parts.append(part)
+    return all_of(claim, parts, dimension=len(basis.fields))
+
+
+def involutive_closure(span: Distribution) -> Distribution:
+    """The smallest involutive distribution that contains the span, as a generic basis: fields first, then brackets."""
+    fields = list(generic_basis(span).fields)
+    first = 0
+    while first < len(fields) < len(span.coordinates):
+        known = len(fields)
+        for i in range(known):
+            for j in range(max(i + 1, first), known):
+                bracket = lie_bracket(fields[i], fields[j], span.coordinates)
+                if len(fields) == len(span.coordinates):
+                    break
+                if generic_rank(ImmutableDenseMatrix.hstack(*fields, bracket)).value > len(fields):
+                    fields.append(bracket)
+        first = known
+    return Distribution(coordinates=span.coordinates, fields=tuple(fields))

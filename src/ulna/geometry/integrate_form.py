@@ -1,0 +1,212 @@
+"""Integration of a one-form up to a factor: T₁ with dT₁ = μ ω.
+
+Needed whenever a function must be found from its level sets: the linearising output of a plant from its last
+covector field q, which is often not closed although the plant is linearisable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from sympy import Expr, Integer, Symbol
+
+from ulna.base import UlnaError, Verdict, all_of
+from ulna.geometry.oneform import OneForm, frobenius
+from ulna.geometry.representative import simplest_function_of
+from ulna.symbolic import integrating_factor as factors
+from ulna.symbolic import pfaffian
+from ulna.symbolic.budget import BudgetExceeded, time_budget
+from ulna.symbolic.elimination import normal, vanishes
+from ulna.symbolic.potential import potential_by_quadrature, potential_in_span
+from ulna.symbolic.zero import is_zero
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Potential:
+    """T₁ and the factor μ with dT₁ = μ ω.
+
+    Args:
+        form: ω.
+        value: T₁, None if none was found.
+        factor: μ, None if none was found.
+        method: how T₁ was found, in words; empty if it was not.
+        verdict: on "dT₁ = μ ω"; refuted if ω violates Frobenius' condition, undecided with the list `tried` otherwise.
+    """
+
+    form: OneForm
+    value: Expr | None
+    factor: Expr | None
+    method: str
+    verdict: Verdict
+
+
+def integrate(
+    form: OneForm,
+    hints: Sequence[Expr] = (),
+    *,
+    near: Mapping[Symbol, Expr] | None = None,
+    seconds: float = 6.0,
+) -> Potential:
+    """A function T₁ whose differential is parallel to ω, the simplest of its kind.
+
+    In order: a coordinate or a polynomial in the functions that occur; a potential if ω is closed; the same after
+    the common factor is taken out and after division by each component; an integrating factor built from the factors of
+    ω and of the hints; a reciprocal factor polynomial in these functions; the Pfaffian equation. Every candidate is
+    differentiated back before it is returned.
+
+    Args:
+        form: ω over n coordinates.
+        hints: expressions whose factors may occur in μ (the determinant of the controllability matrix).
+        near: the point around which T₁ must be real, and where it is set to 0 if it is finite; the origin if left out.
+        seconds: s, for everything together.
+
+    Raises:
+        UlnaError: ω is identically zero.
+    """
+    coordinates = form.coordinates
+    components = tuple(Integer(0) if vanishes(w) else w for w in form.components)
+    if all(w == 0 for w in components):
+        raise UlnaError("a function with the differential μ ω", "the one-form is identically zero.")
+    integrable = frobenius(form)
+    if integrable.fails:
+        claim = "the one-form has an integrating factor"
+        verdict = Verdict.refuted(claim, **{**integrable.evidence, "because": integrable.claim})
+        return Potential(form=form, value=None, factor=None, method="", verdict=verdict)
+    point = {x: Integer(0) for x in coordinates} | dict(near or {})
+    search = _Search(components=components, coordinates=coordinates, hints=tuple(hints), point=point)
+    tried: list[str] = []
+    try:
+        with time_budget(seconds):
+            for method, candidate in search.candidates(tried):
+                found = _accepted(form, candidate, method, point)
+                if found is not None:
+                    return found
+    except BudgetExceeded:
+        tried.append(f"out of time after {seconds:g} s")
+    verdict = Verdict.undecided("the one-form has an integrating factor", tried=tuple(tried))
+    return Potential(form=form, value=None, factor=None, method="", verdict=verdict)
+
+
+def parallel(function: Expr, form: OneForm) -> Verdict:
+    """Whether d(function) ∧ ω = 0 with d(function) ≠ 0."""
+    claim = "the differential is parallel to the one-form"
+    x, w = form.coordinates, form.components
+    slopes = [function.diff(c) for c in x]
+    if all(vanishes(s) for s in slopes):
+        return Verdict.refuted(claim, reason="the function is constant")
+    p = next(i for i in range(len(x)) if not vanishes(w[i]))
+    parts = [is_zero(slopes[j] * w[p] - slopes[p] * w[j]) for j in range(len(x)) if j != p]
+    return all_of(claim, parts)
+
+
+def _accepted(form: OneForm, candidate: Expr, method: str, point: Mapping[Symbol, Expr]) -> Potential | None:
+    if not _probably_parallel(candidate, form):
+        return None
+    value = simplest_function_of(candidate, form.coordinates, near=point)
+    if value is None:
+        return None
+    verdict = parallel(value, form)
+    if not verdict.holds:
+        return None
+    p = factors.pivot_of([Integer(0) if vanishes(w) else w for w in form.components])
+    factor = normal(value.diff(form.coordinates[p]) / form.components[p])
+    claim = "the differential of the function is the factor times the one-form"
+    stated = Verdict(claim=claim, status=verdict.status, evidence=verdict.evidence)
+    return Potential(form=form, value=value, factor=factor, method=method, verdict=stated)
+
+
+def _probably_parallel(candidate: Expr, form: OneForm) -> bool:
+    """Cheap refusal of wrong candidates before anything is done with them."""
+    return not parallel(candidate, form).fails
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Search:
+    """The candidates for T₁, cheap methods first."""
+
+    components: tuple[Expr, ...]
+    coordinates: tuple[Symbol, ...]
+    hints: tuple[Expr, ...]
+    point: Mapping[Symbol, Expr]
+
+    def candidates(self, tried: list[str]) -> Iterator[tuple[str, Expr]]:
+        """(method, candidate) pairs; the names of the methods begun are appended to `tried`."""
+        for name, method in self._methods():
+            tried.append(name)
+            for candidate in method():
+                yield name, candidate
+
+    def _methods(self) -> Iterator[tuple[str, Callable[[], Iterator[Expr]]]]:
+        yield "a coordinate", self._coordinate
+        yield "polynomial of low degree", lambda: self._constant(2, 150)
+        yield "closed", self._closed
+        yield "common factor and division by a component", self._divided
+        yield "integrating factor from the factors of the form", self._products
+        yield "polynomial of higher degree", lambda: self._constant(5, 350)
+        yield "reciprocal integrating factor", self._reciprocals
+        yield "equation linear in one coordinate", self._affine
+        yield "Pfaffian equation", self._pfaffian
+
+    def _coordinate(self) -> Iterator[Expr]:
+        nonzero = [x for x, w in zip(self.coordinates, self.components, strict=True) if w != 0]
+        if len(nonzero) == 1:
+            yield nonzero[0]
+
+    def _constant(self, degree: int, limit: int) -> Iterator[Expr]:
+        found = pfaffian.constant_in_span(self.components, self.coordinates, degree=degree, limit=limit)
+        if found is not None:
+            yield found
+
+    def _potential(self, components: Sequence[Expr]) -> Iterator[Expr]:
+        found = potential_in_span(components, self.coordinates)
+        if found is None:
+            found = potential_by_quadrature(components, self.coordinates, near=self.point)
+        if found is not None:
+            yield found
+
+    def _closed(self) -> Iterator[Expr]:
+        if _closed(self.components, self.coordinates):
+            yield from self._potential(self.components)
+
+    def _divided(self) -> Iterator[Expr]:
+        stripped = factors.stripped(self.components)
+        if _closed(stripped, self.coordinates):
+            yield from self._potential(stripped)
+        for divisor in stripped:
+            if divisor != 0 and divisor.free_symbols:
+                divided = [normal(w / divisor) for w in stripped]
+                if _closed(divided, self.coordinates):
+                    yield from self._potential(divided)
+
+    def _products(self) -> Iterator[Expr]:
+        stripped = factors.stripped(self.components)
+        for form in (stripped, self.components):
+            factor = factors.factor_from_products(form, self.coordinates, self.hints)
+            if factor is not None:
+                found = pfaffian.potential_of_product(factor, form, self.coordinates, near=self.point)
+                if found is not None:
+                    yield found
+
+    def _reciprocals(self) -> Iterator[Expr]:
+        stripped = factors.stripped(self.components)
+        found = factors.reciprocal_factors(stripped, self.coordinates)
+        if len(found) > 1:
+            yield found[0] / found[1]
+        for reciprocal in found[:2]:
+            yield from self._potential([normal(w / reciprocal) for w in stripped])
+
+    def _affine(self) -> Iterator[Expr]:
+        yield from pfaffian.affine_in_one_coordinate(self.components, self.coordinates, near=self.point)
+
+    def _pfaffian(self) -> Iterator[Expr]:
+        yield from pfaffian.reduced_by_mayer(self.components, self.coordinates, near=self.point)
+
+
+def _closed(components: Sequence[Expr], coordinates: Sequence[Symbol]) -> bool:
+    n = len(coordinates)
+    return all(
+        vanishes(components[j].diff(coordinates[i]) - components[i].diff(coordinates[j]))
+        for i in range(n)
+        for j in range(i + 1, n)
+    )
