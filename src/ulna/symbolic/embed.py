@@ -241,8 +241,7 @@ class Embedding:
             if key not in self._known.circular:
                 angle = key / unit
                 c, s = ring.generator(sp.cos(angle)), ring.generator(sp.sin(angle))
-                square = ring.add(self._one, ring.negative(ring.power(ring.element(c), 2)))
-                ring.relate(s, 2, square)
+                ring.relate(s, 2, ring.one - ring.variables[c] ** 2)
                 self._known.circular[key] = ring.element(s), ring.element(c)
             sine, cosine = self._known.circular[key]
         return self._angle_multiple(sine, cosine, times)
@@ -290,7 +289,7 @@ class Embedding:
         self._known.positive.setdefault(_key(polynomial), None)
         for one, value in ((polynomial, 1), (-polynomial, -1)):
             if _key(one) in self._known.sign:
-                self.field.relate(self._known.sign[_key(one)], 1, self.field.rational(sp.Integer(value)))
+                self.field.relate(self._known.sign[_key(one)], 1, self.field.context.constant(value))
 
     def _sign(self, element: Element) -> Element:
         ring = self.field
@@ -307,7 +306,7 @@ class Embedding:
                 continue
             if _key(polynomial) not in self._known.sign:
                 new = ring.generator(sp.sign(ring.polynomial(polynomial)))
-                ring.relate(new, 2, self._one)
+                ring.relate(new, 2, ring.one)
                 self._known.sign[_key(polynomial)] = new
             result = ring.multiply(result, ring.element(self._known.sign[_key(polynomial)]))
         return result
@@ -370,7 +369,7 @@ class Embedding:
         if root is None:
             meaning = ring.polynomial(polynomial) ** sp.Rational(1, self.root_order)
             new = ring.generator(meaning)
-            ring.relate(new, self.root_order, (polynomial, ring.one))
+            ring.relate(new, self.root_order, polynomial)
             root = self._known.positive[_key(polynomial)] = ring.element(new)
             self._known.positive.setdefault(_key(ring.variables[new]), None)
         return root

@@ -33,14 +33,13 @@ class NoRoomError(Exception):
     """More generators are needed than the field was made for."""
 
 
-@dataclass(slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Relation:
-    """generator^power = numerator / denominator, in generators made earlier."""
+    """generator^power = value, a polynomial in generators made earlier."""
 
     generator: int
     power: int
-    numerator: Polynomial
-    denominator: Polynomial
+    value: Polynomial
 
 
 class Field:
@@ -70,10 +69,10 @@ class Field:
         """The generator as an element."""
         return self.variables[generator], self.one
 
-    def relate(self, generator: int, power: int, value: Element) -> None:
+    def relate(self, generator: int, power: int, value: Polynomial) -> None:
         """From now on generator^power = value; a former relation of this generator is dropped."""
         self.relations = [one for one in self.relations if one.generator != generator]
-        self.relations.append(Relation(generator=generator, power=power, numerator=value[0], denominator=value[1]))
+        self.relations.append(Relation(generator=generator, power=power, value=value))
         # A relation may only mention earlier generators: reducing the latest first then needs one pass.
         self.relations.sort(key=lambda one: one.generator)
 
@@ -83,36 +82,54 @@ class Field:
 
     def is_zero(self, element: Element) -> bool:
         """True only if the element is zero by the relations."""
-        return self.reduced(element[0])[0].is_zero()
+        return self.reduced(element[0]).is_zero()
 
-    def reduced(self, polynomial: Polynomial) -> Element:
-        """The polynomial with every generator below the power of its relation, as a fraction."""
-        denominator = self.one
+    def reduced(self, polynomial: Polynomial) -> Polynomial:
+        """The polynomial with every generator below the power of its relation."""
         for relation in reversed(self.relations):
             if polynomial.degrees()[relation.generator] < relation.power:
                 continue
-            groups: dict[int, dict[tuple[int, ...], int]] = {}
-            for exponents, coefficient in polynomial.to_dict().items():
-                times, rest = divmod(exponents[relation.generator], relation.power)
-                lower = (*exponents[: relation.generator], rest, *exponents[relation.generator + 1 :])
-                groups.setdefault(times, {})[lower] = coefficient
-            polynomial, factor = self._substituted(relation, groups)
-            denominator = self.times(denominator, factor)
-        return polynomial, denominator
+            groups = self._powers(polynomial, relation.generator, relation.power)
+            total = self.none
+            for times in range(max(groups), -1, -1):
+                total = self.times(total, relation.value) + groups.get(times, self.none)
+            polynomial = total
+        return polynomial
 
-    def _substituted(
-        self, relation: Relation, groups: dict[int, dict[tuple[int, ...], int]]
-    ) -> tuple[Polynomial, Polynomial]:
-        # Horner in the relation's value: sum_k P_k (n/d)^k = (sum_k P_k n^k d^(top-k)) / d^top.
-        top = max(groups)
-        total = self.none
-        scale = self.one
-        for times in range(top, -1, -1):
-            part = self.context.from_dict(groups[times]) if times in groups else self.none
-            total = self.times(total, relation.numerator) + self.times(part, scale)
-            if times:
-                scale = self.times(scale, relation.denominator)
-        return total, scale
+    def _powers(self, polynomial: Polynomial, generator: int, step: int) -> dict[int, Polynomial]:
+        """The coefficients of (generator^step)^k, each of degree below `step` in the generator."""
+        groups: dict[int, dict[tuple[int, ...], int]] = {}
+        for exponents, coefficient in polynomial.to_dict().items():
+            times, rest = divmod(exponents[generator], step)
+            lower = (*exponents[:generator], rest, *exponents[generator + 1 :])
+            groups.setdefault(times, {})[lower] = coefficient
+        return {times: self.context.from_dict(terms) for times, terms in groups.items()}
+
+    def without_common_roots(self, polynomials: list[Polynomial]) -> list[Polynomial]:
+        """The polynomials divided by every generator g, g^p = v, that divides all of them by its relation.
+
+        P = A + g B is divisible by g if v divides A, since A = (A / v) g^p: this turns (1 - cos^2) / sin into sin.
+        """
+        for relation in self.relations:
+            while relation.power > 1 and any(polynomial.degrees()[relation.generator] for polynomial in polynomials):
+                quotients = [self._divided_by_generator(polynomial, relation) for polynomial in polynomials]
+                done = [one for one in quotients if one is not None]
+                if len(done) < len(polynomials):
+                    break
+                polynomials = done
+        return polynomials
+
+    def _divided_by_generator(self, polynomial: Polynomial, relation: Relation) -> Polynomial | None:
+        parts = self._powers(polynomial, relation.generator, 1)
+        constant = parts.pop(0, self.none)
+        quotient, rest = divmod(constant, relation.value)
+        if not rest.is_zero():
+            return None
+        variable = self.variables[relation.generator]
+        total = quotient * variable ** (relation.power - 1)
+        for times, part in parts.items():
+            total += part * variable ** (times - 1)
+        return total
 
     def times(self, first: Polynomial, second: Polynomial) -> Polynomial:
         """The product of two polynomials, unless it would be too large."""
@@ -126,26 +143,32 @@ class Field:
         Raises:
             ZeroDivisionError: if the denominator is zero by the relations.
         """
-        numerator, below = self.reduced(numerator)
-        denominator, above = self.reduced(denominator)
+        numerator, denominator = self.reduced(numerator), self.reduced(denominator)
         if denominator.is_zero():
             raise ZeroDivisionError("a denominator vanishes identically")
         if numerator.is_zero():
             return self.none, self.one
-        if not above.is_one():
-            numerator = self.times(numerator, above)
-        if not below.is_one():
-            denominator = self.times(denominator, below)
         return self._lowest(numerator, denominator)
 
     def _lowest(self, numerator: Polynomial, denominator: Polynomial) -> Element:
-        if len(numerator) + len(denominator) <= _GCD_LIMIT and not denominator.is_one():
-            divisor = numerator.gcd(denominator)
-            if not divisor.is_one():
-                numerator, denominator = numerator // divisor, denominator // divisor
+        if not denominator.is_constant():
+            numerator, denominator = self.without_common_roots([numerator, denominator])
+        if not denominator.is_one():
+            [numerator, denominator] = self.coprime([numerator, denominator])
         if int(denominator.leading_coefficient()) < 0:
             numerator, denominator = -numerator, -denominator
         return numerator, denominator
+
+    def coprime(self, polynomials: list[Polynomial]) -> list[Polynomial]:
+        """The polynomials without their greatest common divisor, as far as size allows to look for it."""
+        if sum(len(one) for one in polynomials) > _GCD_LIMIT:
+            return polynomials
+        divisor = self.none
+        for one in sorted(polynomials, key=len):
+            divisor = divisor.gcd(one)
+            if divisor.is_one():
+                return polynomials
+        return polynomials if divisor.is_zero() else [one // divisor for one in polynomials]
 
     def add(self, first: Element, second: Element) -> Element:
         """The sum."""
