@@ -56,7 +56,9 @@ def compensator(law: Law, observer: StateEstimator) -> Compensator:
     missing = [s.name for s in plant.states if f"{s.name}_hat" not in estimates]
     if missing:
         raise DesignError(
-            f"compensator of '{plant.name}'", f"the observer does not estimate {', '.join(missing)}.", "Design it for this plant."
+            f"compensator of '{plant.name}'",
+            f"the observer does not estimate {', '.join(missing)}.",
+            "Design it for this plant.",
         )
     wires = {f"law.{s.name}": f"observer.{s.name}_hat" for s in plant.states}
     wires |= {f"observer.{s.name}": f"law.{s.name}" for s in plant.inputs}
@@ -73,7 +75,10 @@ def compensator(law: Law, observer: StateEstimator) -> Compensator:
 def close_loop(plant: System, controller: Law | Compensator) -> ClosedLoop:
     """The closed loop of a plant, not necessarily the one designed for, and a law or compensator."""
     if isinstance(controller, Law):
-        measured, wires = _with_states_as_outputs(plant), {f"controller.{s.name}": f"plant.{s.name}" for s in plant.states}
+        measured, wires = (
+            _with_states_as_outputs(plant),
+            {f"controller.{s.name}": f"plant.{s.name}" for s in plant.states},
+        )
         shown: list[str] = []
     else:
         designed = controller.law.form.system
@@ -100,7 +105,6 @@ def _names(plant: System) -> set[str]:
 
 
 def _with_states_as_outputs(plant: System) -> System:
-
 
     own = {s.name for s in plant.outputs}
     extra = [s for s in plant.states if s.name not in own]

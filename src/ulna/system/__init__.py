@@ -2,6 +2,7 @@
 
 from ulna.system.affine import ControlAffine, control_affine, non_smooth_terms
 from ulna.system.connect import connect
+from ulna.system.equilibria import Equilibria, Equilibrium, equilibria
 from ulna.system.file import read_system, write_system
 from ulna.system.linearise import Linearisation, linearise
 from ulna.system.operating_point import OperatingPoint, operating_point
@@ -12,6 +13,8 @@ from ulna.system.system import System
 __all__ = [
     "ControlAffine",
     "Definition",
+    "Equilibria",
+    "Equilibrium",
     "Linearisation",
     "OperatingPoint",
     "Parameter",
@@ -19,6 +22,7 @@ __all__ = [
     "System",
     "connect",
     "control_affine",
+    "equilibria",
     "linearise",
     "non_smooth_terms",
     "operating_point",

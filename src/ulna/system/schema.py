@@ -19,7 +19,7 @@ from ulna.system.signal import Definition, Parameter, Signal
 from ulna.system.system import System
 
 _SECTIONS = ("parameters", "definitions", "states", "inputs", "outputs", "operating_point")
-_TOP = ("format", "name", "text", "source")
+_TOP = ("format", "name", "text", "source", "catalogue")  # the last is read by the catalogue alone
 _SIGNAL_KEYS = {"unit", "text", "range"}
 _KEYS: Mapping[str, set[str]] = {
     "parameters": _SIGNAL_KEYS | {"value", "source"},
