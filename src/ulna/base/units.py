@@ -61,7 +61,7 @@ def unit(text: str) -> Unit:
         degrees = int(dict(parsed._units).get("degree", 0))
         without = parsed / _registry().Unit("degree") ** degrees if degrees else parsed
         quantity = _registry().Quantity(Fraction(1), without).to_base_units()
-    except Exception as error:  # Pint raises a wide family here, all of them mean the same to the user
+    except Exception as error:  # noqa: BLE001  (Pint raises a wide family, all of them mean the same to the user)
         raise UnitError(
             asked, f"it cannot be read ({error}).", "SI units with prefixes are known: mH, N*m, rad/s."
         ) from None

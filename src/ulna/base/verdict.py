@@ -42,18 +42,22 @@ class Verdict:
 
     @classmethod
     def proved(cls, claim: str, /, **evidence: Any) -> Verdict:
+        """A claim that exact computation shows to be true."""
         return cls(claim=claim, status=Status.PROVED, evidence=evidence)
 
     @classmethod
     def refuted(cls, claim: str, /, **evidence: Any) -> Verdict:
+        """A claim that is false; give the counterexample as evidence."""
         return cls(claim=claim, status=Status.REFUTED, evidence=evidence)
 
     @classmethod
     def supported(cls, claim: str, /, **evidence: Any) -> Verdict:
+        """A claim that holds at every sampled point."""
         return cls(claim=claim, status=Status.SUPPORTED, evidence=evidence)
 
     @classmethod
     def undecided(cls, claim: str, /, **evidence: Any) -> Verdict:
+        """A claim nothing can be said of; give what was tried as evidence."""
         return cls(claim=claim, status=Status.UNDECIDED, evidence=evidence)
 
     @property

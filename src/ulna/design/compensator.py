@@ -15,7 +15,9 @@ class StateEstimator(Protocol):
     """Any observer: a system from the plant's inputs and outputs to estimates `<state>_hat`, in the plant's order."""
 
     @property
-    def system(self) -> System: ...
+    def system(self) -> System:
+        """The observer: inputs u and y, outputs the estimates."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

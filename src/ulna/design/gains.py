@@ -55,6 +55,7 @@ class Poles(AbstractGainRule):
         _require_conjugates(values)
 
     def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
+        """The polynomials with these poles as roots, dealt out chain by chain; warns of unstable ones."""
         if len(self.values) != sum(orders):
             chains = f" in chains of {', '.join(map(str, orders))}" if len(orders) > 1 else ""
             raise DesignError(
@@ -106,6 +107,7 @@ class LinearQuadratic(AbstractGainRule):
             )
 
     def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
+        """The optimal closed-loop polynomial of every chain."""
         return tuple(self._chain(order) for order in orders)
 
     def _chain(self, order: int) -> tuple[sp.Expr, ...]:

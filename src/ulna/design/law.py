@@ -1,4 +1,4 @@
-"""Feedback laws: the nonlinearities cancelled, the chains of integrators given the chosen dynamics (paper eq. 30-32)."""
+"""Feedback laws: nonlinearities cancelled, the chains of integrators given the chosen dynamics (paper eq. 30-32)."""
 
 from __future__ import annotations
 
@@ -20,19 +20,39 @@ class LinearisingForm(Protocol):
     """What a law needs of a form: chains z with z⁽ʳ⁾ = α(x) + β(x) u."""
 
     @property
-    def system(self) -> System: ...
+    def system(self) -> System:
+        """The plant."""
+        ...
+
     @property
-    def view(self) -> ControlAffine: ...
+    def view(self) -> ControlAffine:
+        """Its control-affine view."""
+        ...
+
     @property
-    def outputs(self) -> tuple[sp.Expr, ...]: ...
+    def outputs(self) -> tuple[sp.Expr, ...]:
+        """(m,) linearising outputs."""
+        ...
+
     @property
-    def indices(self) -> tuple[int, ...]: ...
+    def indices(self) -> tuple[int, ...]:
+        """(m,) chain lengths r."""
+        ...
+
     @property
-    def chain(self) -> sp.ImmutableDenseMatrix: ...
+    def chain(self) -> sp.ImmutableDenseMatrix:
+        """(Σr, 1) the chains z in x."""
+        ...
+
     @property
-    def alpha(self) -> sp.ImmutableDenseMatrix: ...
+    def alpha(self) -> sp.ImmutableDenseMatrix:
+        """(m, 1) drift of the last coordinates."""
+        ...
+
     @property
-    def beta(self) -> sp.ImmutableDenseMatrix: ...
+    def beta(self) -> sp.ImmutableDenseMatrix:
+        """(m, m) input matrix of the last coordinates."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

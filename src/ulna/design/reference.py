@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from itertools import pairwise
 
 import sympy as sp
 
@@ -37,6 +38,8 @@ class Regulate(AbstractReference):
     """Drive every linearising output to zero, as the paper's law (30, 32) does. No reference input."""
 
     def chain(self, system: System, output: sp.Expr, index: int, order: int) -> ReferenceChain:
+        """Zero, whatever the output."""
+        del system, output, index
         return ReferenceChain(signals=(), values=(sp.Integer(0),) * (order + 1))
 
 
@@ -45,15 +48,17 @@ class SetPoint(AbstractReference):
     """Hold a constant set point, an input of the law named `<output>_ref`."""
 
     def chain(self, system: System, output: sp.Expr, index: int, order: int) -> ReferenceChain:
+        """The set point and zeros behind it."""
         signal, scaled = _referred(system, output, index)
         return ReferenceChain(signals=(signal,), values=(scaled, *(sp.Integer(0),) * order))
 
 
 @dataclass(frozen=True, slots=True)
 class Track(AbstractReference):
-    """Follow a smooth reference fed forward with its derivatives, inputs `<output>_ref`, `<output>_ref_d1`, …"""
+    """Follow a smooth reference fed forward with its derivatives, inputs `<output>_ref`, `<output>_ref_d1` and so on."""
 
     def chain(self, system: System, output: sp.Expr, index: int, order: int) -> ReferenceChain:
+        """The reference and its derivatives, carried through the linearising output by the chain rule."""
         signal, scaled = _referred(system, output, index)
         signals = [signal]
         for k in range(1, order + 1):
@@ -63,9 +68,7 @@ class Track(AbstractReference):
         values = [scaled]
         for _ in range(order):
             last = values[-1]
-            values.append(
-                sum((last.diff(a.symbol) * b.symbol for a, b in zip(signals, signals[1:], strict=False)), sp.Integer(0))
-            )
+            values.append(sum((last.diff(a.symbol) * b.symbol for a, b in pairwise(signals)), sp.Integer(0)))
         return ReferenceChain(signals=tuple(signals), values=tuple(values))
 
 

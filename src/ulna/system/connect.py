@@ -1,4 +1,4 @@
-"""`connect`: systems in, one system out. Wires become definitions, so the result simulates and compiles like any other."""
+"""`connect`: systems in, one system out. Wires become definitions: the result compiles like any other system."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ def connect(
         key, _, signal_name = end.partition(".")
         if key not in placed or signal_name not in {s.name for s in placed[key].system.inputs}:
             raise PlantError(f"wire '{end}'", "there is no such input.", f"Parts: {', '.join(parts)}.")
-    definitions, meaning = _wire(placed, wires, wired, set(externals))
-    shown = [_shown(placed, wired, meaning, label) for label in outputs]
+    definitions, meaning = _wire(placed, wires, wired)
+    shown = [_shown(placed, meaning, label) for label in outputs]
     return System(
         name=name,
         text=text,
@@ -77,35 +77,41 @@ def connect(
         readouts=tuple(e for _, e in shown),
         parameters=_parameters(placed),
         definitions=definitions,
-        operating_point=_points(placed, externals, wired),
+        operating_point=_points(placed),
     )
 
 
 def _place(parts: Mapping[str, System]) -> dict[str, _Part]:
-    """Every part with names unique in the whole."""
-    owners: dict[str, list[tuple[str, object]]] = {}
-    for key, system in parts.items():
+    """Every part with names unique in the whole: of rivals for a name a single state keeps it."""
+    owners: dict[str, list[object]] = {}
+    states: dict[str, int] = {}
+    for system in parts.values():
         for item in (*system.states, *system.inputs, *system.definitions, *system.parameters):
-            owners.setdefault(item.name, []).append((key, item))
+            owners.setdefault(item.name, []).append(item)
+        for state in system.states:
+            states[state.name] = states.get(state.name, 0) + 1
     placed = {}
     for key, system in parts.items():
         renamed = {}
         for item in (*system.states, *system.inputs, *system.definitions, *system.parameters):
-            rivals = [other for _, other in owners[item.name]]
-            alike = isinstance(item, Parameter) and all(
-                isinstance(r, Parameter) and r.value == item.value and r.unit == item.unit for r in rivals
-            )
-            new = item.name if len(rivals) == 1 or alike else f"{key}_{item.name}"
-            renamed[item.symbol] = sp.Symbol(new, real=True)
+            rivals = owners[item.name]
+            plain = len(rivals) == 1 or _same_parameter(item, rivals)
+            plain = plain or (item in system.states and states[item.name] == 1)
+            renamed[item.symbol] = item.symbol if plain else sp.Symbol(f"{key}_{item.name}", real=True)
         placed[key] = _Part(key=key, system=system, renamed=renamed)
     return placed
+
+
+def _same_parameter(item: object, rivals: list[object]) -> bool:
+    return isinstance(item, Parameter) and all(
+        isinstance(r, Parameter) and r.value == item.value and r.unit == item.unit for r in rivals
+    )
 
 
 def _wire(
     placed: Mapping[str, _Part],
     wires: Mapping[str, str],
     wired: Mapping[tuple[str, str], tuple[str, int]],
-    externals: set[str],
 ) -> tuple[tuple[Definition, ...], dict[tuple[str, str], sp.Symbol]]:
     """Definitions of all parts and wires in an order in which each uses only earlier ones."""
     pending: dict[sp.Symbol, sp.Expr] = {}
@@ -138,7 +144,6 @@ def _wire(
 
 def _shown(
     placed: Mapping[str, _Part],
-    wired: Mapping[tuple[str, str], tuple[str, int]],
     meaning: Mapping[tuple[str, str], sp.Symbol],
     label: str,
 ) -> tuple[Signal, sp.Expr]:
@@ -163,15 +168,12 @@ def _parameters(placed: Mapping[str, _Part]) -> tuple[Parameter, ...]:
     return tuple(found.values())
 
 
-def _points(
-    placed: Mapping[str, _Part], externals: Mapping[str, Signal], wired: Mapping[tuple[str, str], tuple[str, int]]
-) -> tuple[tuple[str, sp.Expr], ...]:
+def _points(placed: Mapping[str, _Part]) -> tuple[tuple[str, sp.Expr], ...]:
+    """The parts' operating points, of their states: what wired inputs are follows from them."""
     points: dict[str, sp.Expr] = {}
-    for key, part in placed.items():
-        inputs = {s.name for s in part.system.inputs}
-        for signal_name, value in part.system.operating_point:
-            if signal_name in inputs and ((key, signal_name) in wired or signal_name not in externals):
-                continue
-            new = signal_name if signal_name in inputs else part.renamed[sp.Symbol(signal_name, real=True)].name
-            points[new] = value
+    for part in placed.values():
+        states = {s.name for s in part.system.states}
+        for name, value in part.system.operating_point:
+            if name in states:
+                points[part.renamed[sp.Symbol(name, real=True)].name] = value
     return tuple(points.items())

@@ -9,12 +9,10 @@ from functools import lru_cache
 import sympy as sp
 
 from ulna.base.verdict import Verdict
-from ulna.symbolic.budget import attempt
+from ulna.symbolic.roots import solutions
 from ulna.symbolic.text import formula
 from ulna.symbolic.zero import is_zero
 from ulna.system.system import System
-
-_SECONDS = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,9 +83,8 @@ def _solved(
         return None
     if not unknowns or not equations:
         return {**fixed, **dict.fromkeys(unknowns, sp.Integer(0))}
-    found = attempt(_SECONDS, "solve for the operating point", sp.solve, equations, unknowns, dict=True)
     best: tuple[float, dict[sp.Symbol, sp.Expr]] | None = None
-    for solution in found.value or []:
+    for solution in solutions(equations, unknowns):
         free = dict.fromkeys([u for u in unknowns if u not in solution], sp.Integer(0))
         point = {**fixed, **free, **{s: e.subs(free) for s, e in solution.items()}}
         size = _distance(point, system)
