@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from ulna.base.errors import DesignError
 from ulna.design.law import Law
@@ -11,6 +11,7 @@ from ulna.system.connect import connect
 from ulna.system.system import System
 
 
+@runtime_checkable
 class StateEstimator(Protocol):
     """Any observer: a system from the plant's inputs and outputs to estimates `<state>_hat`, in the plant's order."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import sympy as sp
 
@@ -16,6 +16,7 @@ from ulna.system.signal import Signal
 from ulna.system.system import System
 
 
+@runtime_checkable
 class LinearisingForm(Protocol):
     """What a law needs of a form: chains z with z⁽ʳ⁾ = α(x) + β(x) u."""
 

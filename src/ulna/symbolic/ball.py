@@ -238,7 +238,7 @@ def _from_evalf(expression: sp.Expr) -> arb:
     return middle + arb(0, (abs(middle) + 1).mid() * arb(10) ** (10 - digits))
 
 
-def _piecewise(one: sp.Piecewise) -> tuple[Callable[..., Any], tuple[sp.Basic, ...]]:
+def _piecewise(one: sp.Expr) -> tuple[Callable[..., Any], tuple[sp.Basic, ...]]:
     branches: list[sp.Basic] = [pair.args[0] for pair in one.args]
     sides: list[sp.Basic] = []
     for pair in one.args:

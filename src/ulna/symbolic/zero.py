@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import sympy as sp
 
@@ -12,9 +12,10 @@ from ulna.base import Verdict, all_of
 from ulna.symbolic.ball import leaves_of, tape
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.embed import embed
-from ulna.symbolic.sample import SEED, regular_points
+from ulna.symbolic.sample import RADIUS, SEED, regular_points
 
 
+@runtime_checkable
 class ZeroTest(Protocol):
     """Any rule that judges whether an expression is identically zero."""
 
@@ -38,6 +39,7 @@ class SampledZero:
         seconds: s, time for the proof; 0 leaves it out.
         operations: size (nodes of the expression) above which no proof is tried.
         near: values near which to sample, for expressions that are zero or defined only there.
+        radius: half width of that neighbourhood.
     """
 
     points: int = 6
@@ -46,6 +48,7 @@ class SampledZero:
     seconds: float = 1.0
     operations: int = 4000
     near: Mapping[sp.Basic, sp.Expr] | None = None
+    radius: sp.Rational = RADIUS
 
     def __call__(self, expression: sp.Expr, /) -> Verdict:
         """The verdict on "the expression is identically zero"."""
@@ -55,7 +58,7 @@ class SampledZero:
         program = tape([expression])
         seen = 0
         for point, [value] in regular_points(
-            program, self.points, seed=self.seed, digits=self.digits, near=self.near
+            program, self.points, seed=self.seed, digits=self.digits, near=self.near, radius=self.radius
         ):
             if not value.contains(0):
                 size = sp.Float(value.mid().str(20, radius=False), 20)
