@@ -16,7 +16,6 @@ import sympy as sp
 from ulna.symbolic.ball import is_leaf
 from ulna.symbolic.field import Element, Field, NoRoomError, Polynomial
 
-
 PolynomialKey: TypeAlias = frozenset[tuple[tuple[int, ...], int]]
 
 

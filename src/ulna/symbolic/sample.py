@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import count as count_from
 from itertools import islice
 
 import sympy as sp
 from flint import arb
 
-from ulna.symbolic.ball import Tape, is_leaf, leaves_of
+from ulna.symbolic.ball import Tape
 
 Point = dict[sp.Basic, sp.Rational]
 
@@ -19,40 +20,46 @@ SEED = 20140912
 _TRIES_PER_POINT = 40
 
 
-def random_points(leaves: Sequence[sp.Basic], *, seed: int, near: Mapping[sp.Basic, sp.Expr] | None) -> Iterator[Point]:
+RADIUS = sp.Rational(1, 8)
+"""Default half width of the neighbourhood of a given point."""
+
+
+def random_points(
+    leaves: Sequence[sp.Basic],
+    *,
+    seed: int,
+    near: Mapping[sp.Basic, sp.Expr] | None = None,
+    radius: sp.Rational = RADIUS,
+) -> Iterator[Point]:
     """Endless random rational points with a value for each leaf.
 
     The signs and sizes vary from point to point so that logarithms, roots and inverse sines soon find a point of
-    their domain. With `near`, the named leaves stay within a shrinking and growing neighbourhood of that point.
+    their domain. With `near`, the leaves named there stay within `radius` of that point, whose values may contain
+    other leaves.
     """
     generator = random.Random(seed)  # noqa: S311 - reproducible sampling, no secret
     known = dict(near or {})
-    scales = (2, 2, 1, sp.Rational(1, 3), 3, 10, 30)
-    radii = (sp.Rational(1, 8), sp.Rational(1, 2), sp.Rational(1, 64), sp.Rational(1, 4))
-    count = 0
-    while True:
-        positive = count % 2 == 1
-        scale = scales[count % len(scales)]
-        radius = radii[count % len(radii)]
-        count += 1
-        yield {leaf: _value(leaf, generator, known.get(leaf), positive, scale, radius) for leaf in leaves}
+    others = {symbol for value in known.values() for symbol in sp.sympify(value).free_symbols} - known.keys()
+    free = sorted({leaf for leaf in leaves if leaf not in known} | others, key=str)
+    # Seven sizes against two signs: all fourteen pairs come up.
+    sizes = (2, 2, 1, sp.Rational(1, 3), 3, 10, 30)
+    for count in count_from(0):
+        signs = (1,) if count % 2 else (1, -1)
+        size = sizes[count % len(sizes)]
+        point = {leaf: admissible(leaf, _unit(generator) * generator.choice(signs) * size) for leaf in free}
+        for leaf, base in known.items():
+            offset = _unit(generator) * generator.choice((1, -1)) * radius / 4 ** (count % 3)
+            point[leaf] = rational(sp.sympify(base).xreplace(point)) + offset
+        yield {leaf: point[leaf] for leaf in leaves}
 
 
-def _value(
-    leaf: sp.Basic,
-    generator: random.Random,
-    base: sp.Expr | None,
-    positive: bool,
-    scale: sp.Rational | int,
-    radius: sp.Rational,
-) -> sp.Rational:
+def _unit(generator: random.Random) -> sp.Rational:
     denominator = generator.randint(131, 521)
-    numerator = generator.randint(1, denominator) * generator.choice((1, 1, 1) if positive else (1, -1))
-    unit = sp.Rational(numerator, denominator)
-    if base is not None:
-        value = rational(base) + unit * radius * generator.choice((1, -1))
-    else:
-        value = unit * scale
+    return sp.Rational(generator.randint(1, denominator), denominator)
+
+
+def admissible(leaf: sp.Basic, value: sp.Rational) -> sp.Rational:
+    """The value, changed to fit what is assumed of the leaf: integer, positive, negative."""
     if getattr(leaf, "is_integer", None):
         value = sp.Integer(round(value * 5))
     if (getattr(leaf, "is_nonnegative", None) and value < 0) or (getattr(leaf, "is_nonpositive", None) and value > 0):
@@ -73,12 +80,13 @@ def regular_points(
     seed: int = SEED,
     digits: int = 40,
     near: Mapping[sp.Basic, sp.Expr] | None = None,
+    radius: sp.Rational = RADIUS,
 ) -> Iterator[tuple[Point, list[arb]]]:
     """At most `count` random points where every expression is a finite real number, with the balls there.
 
     Each value carries at least about half of the digits, or is indistinguishable from 0 to that many digits.
     """
-    tries = random_points(tape.leaves, seed=seed, near=near)
+    tries = random_points(tape.leaves, seed=seed, near=near, radius=radius)
     found = 0
     for point in islice(tries, _TRIES_PER_POINT + count * 4):
         values = _finite_values(tape, point, digits)
@@ -105,8 +113,3 @@ def _finite_values(tape: Tape, point: Point, digits: int) -> list[arb] | None:
 def is_sharp(value: arb, tolerance: arb) -> bool:
     """True if the ball excludes 0 or is narrower than the tolerance."""
     return not value.contains(0) or bool(abs(value) < tolerance)
-
-
-def undetermined(expressions: Sequence[sp.Basic], point: Mapping[sp.Basic, sp.Expr]) -> tuple[sp.Basic, ...]:
-    """The leaves to which the point gives no value."""
-    return tuple(leaf for leaf in leaves_of(expressions) if leaf not in point and is_leaf(leaf))

@@ -1,0 +1,203 @@
+"""Solves one equation for one unknown on the branch through a given point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import sympy as sp
+from flint import arb
+
+from ulna.base import Status
+from ulna.symbolic.ball import tape
+from ulna.symbolic.budget import attempt
+from ulna.symbolic.simplify import normal_form
+from ulna.symbolic.zero import SampledZero
+
+Base = Mapping[sp.Basic, sp.Expr]
+"""A value for every symbol in play: the point through which the branch goes."""
+
+_CLOSE = arb(10) ** -25
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Isolated:
+    """unknown = expression, where every one of `nonzero` does not vanish and every one of `positive` is positive."""
+
+    expression: sp.Expr
+    nonzero: tuple[sp.Expr, ...] = ()
+    positive: tuple[sp.Expr, ...] = ()
+
+
+def number_at(expression: sp.Expr, base: Base) -> arb:
+    """The ball of the expression at the base point; NaN where it is not real."""
+    return tape([expression])({**base})
+
+
+def linear_in(expression: sp.Expr, unknown: sp.Symbol) -> Isolated | None:
+    """The solution of expression = 0 if the expression is linear in the unknown."""
+    slope = expression.diff(unknown)
+    if slope.has(unknown):
+        if SampledZero(points=2)(slope.diff(unknown)).status is not Status.PROVED:
+            return None
+        lowest = attempt(0.3, "slope", normal_form, slope)
+        if lowest.value is None or lowest.value.has(unknown):
+            return None
+        slope = lowest.value
+    if slope == 0:
+        return None
+    rest = expression.xreplace({unknown: sp.S.Zero})
+    if rest.has(sp.nan, sp.zoo, sp.oo):
+        rest = sp.expand(expression - slope * unknown)
+        if rest.has(unknown):
+            return None
+    return Isolated(expression=-rest / slope, nonzero=() if slope.is_number else (slope,))
+
+
+def peeled(expression: sp.Expr, unknown: sp.Symbol, base: Base) -> Isolated | None:
+    """The solution of expression = 0 if the unknown stands in one place under functions that can be inverted.
+
+    Each inverse takes the branch on which the base point lies: x^2 = w gives sqrt(w) or -sqrt(w), sin(u) = w gives
+    asin(w) or pi - asin(w), both up to a multiple of 2 pi.
+    """
+    left, right = expression, sp.S.Zero
+    nonzero: list[sp.Expr] = []
+    positive: list[sp.Expr] = []
+    while left != unknown:
+        if isinstance(left, sp.Add | sp.Mul):
+            rest, inner = left.as_independent(unknown, as_Add=isinstance(left, sp.Add))
+            if inner.func is left.func:
+                return None
+            if isinstance(left, sp.Add):
+                right = right - rest
+            else:
+                right = right / rest
+                nonzero.append(rest)
+            left = inner
+            continue
+        step = _one_layer(left, right, unknown, base)
+        if step is None:
+            return None
+        left, solved = step
+        right = solved.expression
+        nonzero.extend(solved.nonzero)
+        positive.extend(solved.positive)
+    return Isolated(expression=right, nonzero=tuple(nonzero), positive=tuple(positive))
+
+
+def _one_layer(
+    left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, base: Base
+) -> tuple[sp.Expr, Isolated] | None:
+    """(u, solution for u) of F(u) = right for the outermost function F."""
+    if isinstance(left, sp.Pow) and left.base is not sp.E:
+        if left.exp.has(unknown):
+            if left.base.has(unknown):
+                return None
+            return left.exp, Isolated(expression=sp.log(right) / sp.log(left.base), positive=(right, left.base))
+        solved = _root(left.base, left.exp, right, base)
+        return None if solved is None else (left.base, solved)
+    if len(left.args) != 1:
+        return (left.exp, Isolated(expression=sp.log(right), positive=(right,))) if left.func is sp.Pow else None
+    rule = _LAYERS.get(type(left))
+    if rule is None:
+        return None
+    inner = left.args[0]
+    solved = rule(right, number_at_float(inner, base))
+    return None if solved is None else (inner, solved)
+
+
+def number_at_float(expression: sp.Expr, base: Base) -> float:
+    """The value at the base point in double precision; NaN where it is not real."""
+    return float(tape([expression])(base)[0].mid())
+
+
+def _root(inner: sp.Expr, exponent: sp.Expr, right: sp.Expr, base: Base) -> Isolated | None:
+    if not isinstance(exponent, sp.Integer):
+        # A real power with such an exponent lives on positive numbers.
+        return Isolated(expression=right ** (1 / exponent), positive=(right,))
+    if exponent < 0:
+        solved = _root(inner, -exponent, 1 / right, base)
+        return solved and Isolated(
+            expression=solved.expression, nonzero=(right, *solved.nonzero), positive=solved.positive
+        )
+    if exponent == 1:
+        return Isolated(expression=right)
+    value = number_at_float(inner, base)
+    if value > 0:
+        return Isolated(expression=right ** (1 / exponent), positive=(right,))
+    if value < 0:
+        power = right if exponent % 2 == 0 else -right
+        return Isolated(expression=-(power ** (1 / exponent)), positive=(power,))
+    return None
+
+
+def _turns(principal: float, value: float, period: float) -> int | None:
+    """k with value = principal + k period, or None."""
+    count = round((value - principal) / period)
+    return count if abs(value - principal - count * period) < 1e-9 else None
+
+
+def _asin(right: sp.Expr, value: float) -> Isolated | None:
+    half = int(sp.floor(sp.Rational(value) / sp.pi + sp.Rational(1, 2))) if value == value else None  # noqa: PLR0124
+    if half is None:
+        return None
+    angle = (-1) ** half * sp.asin(right) + half * sp.pi
+    return Isolated(expression=angle, positive=(1 - right**2,))
+
+
+def _acos(right: sp.Expr, value: float) -> Isolated | None:
+    if value != value:  # noqa: PLR0124 - NaN differs from itself
+        return None
+    half = int(sp.floor(sp.Rational(value) / sp.pi))
+    angle = sp.acos(right) + half * sp.pi if half % 2 == 0 else (half + 1) * sp.pi - sp.acos(right)
+    return Isolated(expression=angle, positive=(1 - right**2,))
+
+
+def _atan(right: sp.Expr, value: float) -> Isolated | None:
+    if value != value:  # noqa: PLR0124 - NaN differs from itself
+        return None
+    half = int(sp.floor(sp.Rational(value) / sp.pi + sp.Rational(1, 2)))
+    return Isolated(expression=sp.atan(right) + half * sp.pi)
+
+
+def _signed(inverse: Callable[[sp.Expr], sp.Expr], bound: sp.Expr, value: float) -> Isolated | None:
+    if value == 0 or value != value:  # noqa: PLR0124 - NaN differs from itself
+        return None
+    return Isolated(expression=inverse(bound) if value > 0 else -inverse(bound))
+
+
+def _acosh(right: sp.Expr, value: float) -> Isolated | None:
+    solved = _signed(sp.acosh, right, value)
+    return solved and Isolated(expression=solved.expression, positive=(right - 1,))
+
+
+_LAYERS: dict[type, Callable[[sp.Expr, float], Isolated | None]] = {
+    sp.exp: lambda w, _: Isolated(expression=sp.log(w), positive=(w,)),
+    sp.log: lambda w, _: Isolated(expression=sp.exp(w)),
+    sp.sin: _asin,
+    sp.cos: _acos,
+    sp.tan: _atan,
+    sp.asin: lambda w, _: Isolated(expression=sp.sin(w)),
+    sp.acos: lambda w, _: Isolated(expression=sp.cos(w)),
+    sp.atan: lambda w, _: Isolated(expression=sp.tan(w)),
+    sp.sinh: lambda w, _: Isolated(expression=sp.asinh(w)),
+    sp.cosh: _acosh,
+    sp.tanh: lambda w, _: Isolated(expression=sp.atanh(w), positive=(1 - w**2,)),
+    sp.asinh: lambda w, _: Isolated(expression=sp.sinh(w)),
+    sp.atanh: lambda w, _: Isolated(expression=sp.tanh(w)),
+    sp.Abs: lambda w, value: _signed(lambda one: one, w, value),
+}
+
+
+def solved_branches(
+    expression: sp.Expr, unknown: sp.Symbol, base: Base, *, seconds: float
+) -> Iterator[Isolated]:
+    """Those of SymPy's solutions of expression = 0 that go through the base point."""
+    found = attempt(seconds, "solve", sp.solve, expression, unknown)
+    if found.value is None:
+        return
+    program = [one for one in found.value if isinstance(one, sp.Expr) and not one.has(sp.I, sp.CRootOf)]
+    for one in program:
+        value = tape([one - unknown])(base)[0]
+        if value.is_finite() and value.contains(0) and abs(value) < _CLOSE:
+            yield Isolated(expression=one)
