@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ulna.base.errors import UnitError
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 # Pint evaluates powers while it reads: what may reach it is names, small integer powers, products and quotients.
 _UNIT_TEXT = re.compile(r"[A-Za-zµΩ°%²³0-9_^*/().\s·-]*")
-_LARGE_POWER = re.compile(r"\d{2,}|\d\s*\*\*|\^\s*\d+\s*\^")
+_NOT_MEANT = re.compile(r"//|\d{2,}|\d\s*\*\*|\^\s*\d+\s*\^")
 
 Dimension = Mapping[str, Fraction]
 """Exponents of the SI base quantities, zero ones left out; an angle has dimension one."""
@@ -41,7 +41,8 @@ class Unit:
 def _registry() -> UnitRegistry:
     from pint import UnitRegistry
 
-    return UnitRegistry(non_int_type=Fraction)
+    registry: Any = UnitRegistry  # its stubs know floats only
+    return registry(non_int_type=Fraction)
 
 
 @cache
@@ -54,13 +55,13 @@ def unit(text: str) -> Unit:
     if text.strip() in ("", "1"):
         return Unit(text=text, factor=Fraction(1), degrees=0, dimension={})
     asked = f"unit '{text}'"
-    if len(text) > 60 or not _UNIT_TEXT.fullmatch(text) or _LARGE_POWER.search(text):
+    if len(text) > 60 or not _UNIT_TEXT.fullmatch(text) or _NOT_MEANT.search(text):
         raise UnitError(asked, "this is not the text of a unit.", "Write products and quotients such as 'N*m/A'.")
     try:
-        parsed = _registry().Unit(text.replace("·", "*"))
+        parsed: Any = _registry().Unit(text.replace("·", "*"))
         degrees = int(dict(parsed._units).get("degree", 0))
         without = parsed / _registry().Unit("degree") ** degrees if degrees else parsed
-        quantity = _registry().Quantity(Fraction(1), without).to_base_units()
+        quantity: Any = _registry().Quantity(Fraction(1), without).to_base_units()
     except Exception as error:  # noqa: BLE001  (Pint raises a wide family, all of them mean the same to the user)
         raise UnitError(
             asked, f"it cannot be read ({error}).", "SI units with prefixes are known: mH, N*m, rad/s."

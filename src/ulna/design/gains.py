@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import SupportsFloat
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -146,7 +146,7 @@ def _require_conjugates(poles: Sequence[sp.Expr]) -> None:
         rest.remove(partner)
 
 
-def _pole(value: PoleLike | SupportsFloat) -> sp.Expr:
+def _pole(value: Any) -> sp.Expr:
     try:
         if isinstance(value, str):
             return _pole_text(value)

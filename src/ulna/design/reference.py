@@ -55,7 +55,7 @@ class SetPoint(AbstractReference):
 
 @dataclass(frozen=True, slots=True)
 class Track(AbstractReference):
-    """Follow a smooth reference fed forward with its derivatives, inputs `<output>_ref`, `<output>_ref_d1` and so on."""
+    """Follow a smooth reference and its derivatives, inputs `<output>_ref`, `<output>_ref_d1` and so on."""
 
     def chain(self, system: System, output: sp.Expr, index: int, order: int) -> ReferenceChain:
         """The reference and its derivatives, carried through the linearising output by the chain rule."""

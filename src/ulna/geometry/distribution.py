@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from sympy import Expr, ImmutableDenseMatrix, Symbol
+from sympy import Expr, ImmutableDenseMatrix, Matrix, Symbol
 from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError, Verdict, all_of
@@ -53,12 +53,12 @@ def distribution(fields: Sequence[MatrixBase], coordinates: Sequence[Symbol]) ->
 
 def generic_dimension(span: Distribution) -> Rank:
     """The dimension on an open dense set."""
-    return generic_rank(span.matrix)
+    return _rank_of(*span.fields)
 
 
 def dimension_at(span: Distribution, point: Mapping[Symbol, Expr]) -> Rank:
     """The dimension at a point; parameters without a value there stay generic."""
-    return rank_at(span.matrix, point)
+    return rank_at(span.matrix.as_mutable(), point)
 
 
 def regular_at(span: Distribution, point: Mapping[Symbol, Expr]) -> Verdict:
@@ -77,7 +77,7 @@ def generic_basis(span: Distribution) -> Distribution:
     for field in span.fields:
         if len(kept) == len(span.coordinates):
             break
-        if generic_rank(ImmutableDenseMatrix.hstack(*kept, field)).value > len(kept):
+        if _rank_of(*kept, field).value > len(kept):
             kept.append(field)
     return Distribution(coordinates=span.coordinates, fields=tuple(kept))
 
@@ -86,7 +86,7 @@ def contains(span: Distribution, field: MatrixBase) -> Verdict:
     """Whether the field lies in the span on an open dense set; the evidence holds both ranks and the point."""
     claim = "the field lies in the distribution"
     before = generic_dimension(span)
-    after = generic_rank(ImmutableDenseMatrix.hstack(*span.fields, ImmutableDenseMatrix(field)))
+    after = _rank_of(*span.fields, field)
     evidence = {"rank_before": before.value, "rank_after": after.value, "point": after.point}
     if after.value > before.value:
         if before.value == len(span.fields) or before.verdict.holds:
@@ -176,7 +176,11 @@ def involutive_closure(span: Distribution) -> Distribution:
                 bracket = lie_bracket(fields[i], fields[j], span.coordinates)
                 if len(fields) == len(span.coordinates):
                     break
-                if generic_rank(ImmutableDenseMatrix.hstack(*fields, bracket)).value > len(fields):
+                if _rank_of(*fields, bracket).value > len(fields):
                     fields.append(bracket)
         first = known
     return Distribution(coordinates=span.coordinates, fields=tuple(fields))
+
+
+def _rank_of(*fields: MatrixBase) -> Rank:
+    return generic_rank(Matrix.hstack(*(field.as_mutable() for field in fields)))

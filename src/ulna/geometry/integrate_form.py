@@ -6,7 +6,7 @@ covector field q, which is often not closed although the plant is linearisable.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from sympy import Expr, Integer, Symbol
@@ -15,10 +15,9 @@ from ulna.base import UlnaError, Verdict, all_of
 from ulna.geometry.oneform import OneForm, frobenius
 from ulna.geometry.representative import simplest_function_of
 from ulna.symbolic import integrating_factor as factors
-from ulna.symbolic import pfaffian
 from ulna.symbolic.budget import BudgetExceeded, time_budget
+from ulna.symbolic.form_search import FormSearch
 from ulna.symbolic.elimination import normal, vanishes
-from ulna.symbolic.potential import potential_by_quadrature, potential_in_span
 from ulna.symbolic.zero import is_zero
 
 
@@ -74,7 +73,7 @@ def integrate(
         verdict = Verdict.refuted(claim, **{**integrable.evidence, "because": integrable.claim})
         return Potential(form=form, value=None, factor=None, method="", verdict=verdict)
     point = {x: Integer(0) for x in coordinates} | dict(near or {})
-    search = _Search(components=components, coordinates=coordinates, hints=tuple(hints), point=point)
+    search = FormSearch(components=components, coordinates=coordinates, hints=tuple(hints), point=point)
     tried: list[str] = []
     try:
         with time_budget(seconds):
@@ -119,94 +118,3 @@ def _accepted(form: OneForm, candidate: Expr, method: str, point: Mapping[Symbol
 def _probably_parallel(candidate: Expr, form: OneForm) -> bool:
     """Cheap refusal of wrong candidates before anything is done with them."""
     return not parallel(candidate, form).fails
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Search:
-    """The candidates for T₁, cheap methods first."""
-
-    components: tuple[Expr, ...]
-    coordinates: tuple[Symbol, ...]
-    hints: tuple[Expr, ...]
-    point: Mapping[Symbol, Expr]
-
-    def candidates(self, tried: list[str]) -> Iterator[tuple[str, Expr]]:
-        """(method, candidate) pairs; the names of the methods begun are appended to `tried`."""
-        for name, method in self._methods():
-            tried.append(name)
-            for candidate in method():
-                yield name, candidate
-
-    def _methods(self) -> Iterator[tuple[str, Callable[[], Iterator[Expr]]]]:
-        yield "a coordinate", self._coordinate
-        yield "polynomial of low degree", lambda: self._constant(2, 150)
-        yield "closed", self._closed
-        yield "common factor and division by a component", self._divided
-        yield "integrating factor from the factors of the form", self._products
-        yield "polynomial of higher degree", lambda: self._constant(5, 350)
-        yield "reciprocal integrating factor", self._reciprocals
-        yield "equation linear in one coordinate", self._affine
-        yield "Pfaffian equation", self._pfaffian
-
-    def _coordinate(self) -> Iterator[Expr]:
-        nonzero = [x for x, w in zip(self.coordinates, self.components, strict=True) if w != 0]
-        if len(nonzero) == 1:
-            yield nonzero[0]
-
-    def _constant(self, degree: int, limit: int) -> Iterator[Expr]:
-        found = pfaffian.constant_in_span(self.components, self.coordinates, degree=degree, limit=limit)
-        if found is not None:
-            yield found
-
-    def _potential(self, components: Sequence[Expr]) -> Iterator[Expr]:
-        found = potential_in_span(components, self.coordinates)
-        if found is None:
-            found = potential_by_quadrature(components, self.coordinates, near=self.point)
-        if found is not None:
-            yield found
-
-    def _closed(self) -> Iterator[Expr]:
-        if _closed(self.components, self.coordinates):
-            yield from self._potential(self.components)
-
-    def _divided(self) -> Iterator[Expr]:
-        stripped = factors.stripped(self.components)
-        if _closed(stripped, self.coordinates):
-            yield from self._potential(stripped)
-        for divisor in stripped:
-            if divisor != 0 and divisor.free_symbols:
-                divided = [normal(w / divisor) for w in stripped]
-                if _closed(divided, self.coordinates):
-                    yield from self._potential(divided)
-
-    def _products(self) -> Iterator[Expr]:
-        stripped = factors.stripped(self.components)
-        for form in (stripped, self.components):
-            factor = factors.factor_from_products(form, self.coordinates, self.hints)
-            if factor is not None:
-                found = pfaffian.potential_of_product(factor, form, self.coordinates, near=self.point)
-                if found is not None:
-                    yield found
-
-    def _reciprocals(self) -> Iterator[Expr]:
-        stripped = factors.stripped(self.components)
-        found = factors.reciprocal_factors(stripped, self.coordinates)
-        if len(found) > 1:
-            yield found[0] / found[1]
-        for reciprocal in found[:2]:
-            yield from self._potential([normal(w / reciprocal) for w in stripped])
-
-    def _affine(self) -> Iterator[Expr]:
-        yield from pfaffian.affine_in_one_coordinate(self.components, self.coordinates, near=self.point)
-
-    def _pfaffian(self) -> Iterator[Expr]:
-        yield from pfaffian.reduced_by_mayer(self.components, self.coordinates, near=self.point)
-
-
-def _closed(components: Sequence[Expr], coordinates: Sequence[Symbol]) -> bool:
-    n = len(coordinates)
-    return all(
-        vanishes(components[j].diff(coordinates[i]) - components[i].diff(coordinates[j]))
-        for i in range(n)
-        for j in range(i + 1, n)
-    )

@@ -17,9 +17,9 @@ _STEPS = (Rational(1, 97), Rational(-1, 89), Rational(1, 61), Rational(-1, 53))
 
 
 def simplest_function_of(value: Expr, coordinates: Sequence[Symbol], *, near: Mapping[Symbol, Expr]) -> Expr | None:
-    """The shortest of T, log T, exp T, powers and reciprocals of T that is real around the point, regular there if any is.
+    """The shortest of T, log T, exp T, powers and reciprocals of T that is real around the point.
 
-    Constants that are added or multiplied are dropped, and T is 0 at the point where it is finite there.
+    One that is regular at the point, with a nonzero differential, is preferred to a shorter one. Constants that are added or multiplied are dropped, and T is 0 at the point where it is finite there.
 
     Args:
         value: T.

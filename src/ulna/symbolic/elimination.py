@@ -35,7 +35,7 @@ def vanishes(expression: Expr) -> bool:
         return expression == 0
     sample = FieldSample(4 * _POINTS)
     values = sample(expression)
-    return not np.any(values[sample.valid])
+    return bool(sample.valid.any()) and not np.any(values[sample.valid])
 
 
 def normal(expression: Expr) -> Expr:

@@ -14,7 +14,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from sympy import Add, E, Expr, I, Mul, Pow, Rational, Symbol, cos, cot, csc, exp, log, pi, sec, sin, tan
+from sympy import Add, E, Expr, Float, I, Mul, Pow, Rational, Symbol, cos, cot, csc, exp, log, pi, sec, sin, tan
+from sympy import S
 from sympy import Abs, cosh, coth, sign, sinh, tanh
 
 PRIME = 2147482661
@@ -93,10 +94,15 @@ class FieldSample:
             return product
         if isinstance(e, exp) or e is E:
             return self._exponential(e.args[0] if e.args else Rational(1), "exp")
-        if isinstance(e, Pow):
-            return self._pow(e.base, e.exp)
+        if isinstance(e, Float):
+            return self._evaluate(Rational(e))
+        if not e.is_commutative or e.has(*_UNDEFINED):
+            self.valid[:] = False
+            return np.zeros(self._points, dtype=np.int64)
         if e is I:
             return np.full(self._points, _SQRT_MINUS_ONE, dtype=np.int64)
+        if isinstance(e, Pow):
+            return self._pow(e.base, e.exp)
         return self._function(e)
 
     def inverse(self, values: Residues) -> Residues:
@@ -112,6 +118,7 @@ class FieldSample:
         if isinstance(exponent, Rational):
             return self._root(base, exponent)
         constant, rest = exponent.as_coeff_Add()
+        constant = Rational(constant) if isinstance(constant, Float) else constant
         return self._pow(base, constant) * self._exponential(rest, ("pow", base)) % PRIME
 
     def _root(self, base: Expr, exponent: Rational) -> Residues:
@@ -191,6 +198,7 @@ class FieldSample:
         return total
 
 
+_UNDEFINED = (S.NaN, S.ComplexInfinity, S.Infinity, S.NegativeInfinity)
 _CIRCULAR = frozenset((sin, cos, tan, cot, sec, csc))
 _HYPERBOLIC = {sinh: sin, cosh: cos, tanh: tan, coth: cot}
 

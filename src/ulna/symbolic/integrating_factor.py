@@ -41,9 +41,17 @@ def stripped(components: Sequence[Expr]) -> tuple[Expr, ...]:
 
 
 def kernel_equations(
-    components: Sequence[Expr], coordinates: Sequence[Symbol], *, reciprocal: bool = False, factor: bool = False
+    components: Sequence[Expr],
+    coordinates: Sequence[Symbol],
+    spectators: Sequence[Symbol] = (),
+    *,
+    reciprocal: bool = False,
+    factor: bool = False,
 ) -> LinearEquations:
-    """Equations for a function constant along the kernel, or for ln μ (`factor`), or for 1/μ (`reciprocal`)."""
+    """Equations for a function constant along the kernel, or for ln μ (`factor`), or for 1/μ (`reciprocal`).
+
+    Spectators are held fixed: the functions may contain them, but are not differentiated by them.
+    """
     p, n = pivot_of(components), len(components)
     fields, slopes = [], []
     for j in range(n):
@@ -51,10 +59,10 @@ def kernel_equations(
             continue
         row = [Integer(0)] * n
         row[j], row[p] = components[p], -components[j]
-        fields.append(tuple(row))
+        fields.append((*row, *(Integer(0) for _ in spectators)))
         slopes.append(components[j].diff(coordinates[p]) - components[p].diff(coordinates[j]))
     return LinearEquations(
-        coordinates=tuple(coordinates),
+        coordinates=(*coordinates, *spectators),
         fields=tuple(fields),
         zeroth=tuple(slopes) if reciprocal else (),
         right=tuple(slopes) if factor else (),
@@ -66,6 +74,7 @@ def factor_from_products(
     coordinates: Sequence[Symbol],
     hints: Sequence[Expr] = (),
     *,
+    spectators: Sequence[Symbol] = (),
     degree: int = 2,
     limit: int = _LARGEST_SPAN,
 ) -> Expr | None:
@@ -74,12 +83,12 @@ def factor_from_products(
     The pₖ are the irreducible factors of the components and of the hints; all exponents are found at once, and may
     depend on parameters.
     """
-    x = tuple(coordinates)
+    x = (*coordinates, *spectators)
     alphabet = letters((*components, *hints), x)
     own = set(x)
     extra = [letter for letter in alphabet if letter not in own and not isinstance(letter, exp)]
     factors = dict.fromkeys((*irreducible_factors((*components, *hints), x), *x, *extra))
-    equations = kernel_equations(components, x, factor=True)
+    equations = kernel_equations(components, coordinates, spectators, factor=True)
     for d in range(1, degree + 1):
         monomials = tuple(words(alphabet, d, limit + 1))
         if len(monomials) > limit:
@@ -91,12 +100,16 @@ def factor_from_products(
 
 
 def reciprocal_factors(
-    components: Sequence[Expr], coordinates: Sequence[Symbol], *, degree: int = 3, limit: int = _LARGEST_SPAN
+    components: Sequence[Expr],
+    coordinates: Sequence[Symbol],
+    *,
+    spectators: Sequence[Symbol] = (),
+    degree: int = 3,
+    limit: int = _LARGEST_SPAN,
 ) -> list[Expr]:
     """Candidates M with d(w / M) = 0 among polynomials in the letters, of the lowest degree that has any."""
-    x = tuple(coordinates)
-    alphabet = letters(components, x)
-    equations = kernel_equations(components, x, reciprocal=True)
+    alphabet = letters(components, (*coordinates, *spectators))
+    equations = kernel_equations(components, coordinates, spectators, reciprocal=True)
     constant = (0,) * len(alphabet)
     for d in range(1, degree + 1):
         monomials = (constant, *words(alphabet, d, limit + 1))

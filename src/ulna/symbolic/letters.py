@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import combinations_with_replacement
 
-from sympy import Add, Expr, Mul, Pow, Symbol, cos, cot, exp, factor_list, fraction, log, sin, tan, together
+from sympy import Add, Expr, Mul, Pow, Rational, Symbol, cos, cot, exp, factor_list, fraction, log, sin, tan, together
 from sympy.core.function import AppliedUndef, Function
 from sympy.polys.polyerrors import PolynomialError
 
@@ -39,7 +39,7 @@ def _letters_of(node: Expr) -> tuple[Expr, ...]:
         if node.exp.is_Integer:
             return ()
         if node.exp.is_Rational:
-            return (Pow(node.base, 1 / node.exp.q),)
+            return (Pow(node.base, Rational(1, node.exp.q)),)
         return (node,)
     if node.func in _PARTNER:
         return (node, _PARTNER[node.func](*node.args))

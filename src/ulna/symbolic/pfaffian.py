@@ -11,12 +11,12 @@ from sympy import Dummy, Eq, Expr, Function, Integer, Symbol, fraction, solve, t
 from sympy import exp as exponential_of
 from sympy.solvers.ode import classify_ode, dsolve
 
-from ulna.symbolic.ansatz import LinearEquations, Span, solutions
+from ulna.symbolic.ansatz import Span, solutions
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.elimination import normal, vanishes
 from ulna.symbolic.integrating_factor import kernel_equations, pivot_of
 from ulna.symbolic.letters import irreducible_factors, letters, words
-from ulna.symbolic.potential import potential_by_quadrature, potential_in_span
+from ulna.symbolic.potential import gradient_equations, potential_by_quadrature, potential_in_span
 from ulna.symbolic.relations import constant_relations
 
 _LARGEST_SPAN = 350
@@ -35,12 +35,17 @@ _HINTS = (
 
 
 def constant_in_span(
-    components: Sequence[Expr], coordinates: Sequence[Symbol], *, degree: int = 2, limit: int = _LARGEST_SPAN
+    components: Sequence[Expr],
+    coordinates: Sequence[Symbol],
+    *,
+    spectators: Sequence[Symbol] = (),
+    degree: int = 2,
+    limit: int = _LARGEST_SPAN,
 ) -> Expr | None:
     """A polynomial in the letters that is constant along the kernel, of the lowest degree."""
     x = tuple(coordinates)
-    alphabet = letters(components, x)
-    equations = kernel_equations(components, x)
+    alphabet = letters(components, (*x, *spectators))
+    equations = kernel_equations(components, x, spectators)
     for d in range(1, degree + 1):
         monomials = tuple(words(alphabet, d, limit + 1))
         if len(monomials) > limit:
@@ -56,17 +61,17 @@ def potential_of_product(
     components: Sequence[Expr],
     coordinates: Sequence[Symbol],
     *,
+    spectators: Sequence[Symbol] = (),
     near: Mapping[Symbol, Expr] | None = None,
     seconds: float = 1.5,
 ) -> Expr | None:
     """T with dT = μ w for a closed product: first T = μ G with G polynomial in the letters, then by integration."""
     x, w = tuple(coordinates), tuple(components)
-    n = len(x)
-    unit = tuple(tuple(Integer(int(i == j)) for j in range(n)) for i in range(n))
     slopes = tuple(normal(factor.diff(c) / factor) for c in x)
-    equations = LinearEquations(coordinates=x, fields=unit, zeroth=slopes, right=w)
-    denominators = irreducible_factors((1 / fraction(together(v))[1] for v in w), x)
-    alphabet = (*letters((*w, *slopes), x), *(1 / f for f in denominators))
+    equations = gradient_equations(w, x, spectators, zeroth=slopes)
+    everything = (*x, *spectators)
+    denominators = irreducible_factors((1 / fraction(together(v))[1] for v in w), everything)
+    alphabet = (*letters((*w, *slopes), everything), *(1 / f for f in denominators))
     for degree in (1, 2, 3, 4):
         monomials = ((0,) * len(alphabet), *words(alphabet, degree, _LARGEST_SPAN))
         if len(monomials) >= _LARGEST_SPAN:
@@ -75,7 +80,7 @@ def potential_of_product(
         if found:
             return factor * found[0]
     product = [normal(factor * v) for v in w]
-    found = potential_in_span(product, x)
+    found = potential_in_span(product, x, spectators=spectators)
     return found if found is not None else potential_by_quadrature(product, x, near=near, seconds=seconds)
 
 
@@ -88,10 +93,10 @@ def affine_in_one_coordinate(
 ) -> Iterator[Expr]:
     """Candidates T = φ(x_p) e^P + Q with P, Q free of x_p, for every coordinate x_p that allows it.
 
-    Divided by w_p the form is dx_p + Σ b_j dx_j. If the b_j as functions of x_p span {s}, the variables separate. If they
-    span {s, t} with the Wronskian s' t − s t' proportional to s, then y = t/s turns the form into dy + Σ (a_j + c_j y) dx_j
-    with a_j, c_j free of x_p: linear, with factor e^P, dP = Σ c_j dx_j closed. In the plane these are the separable, linear and
-    Bernoulli equations; the same works in any dimension.
+    Divided by w_p the form is dx_p + Σ b_j dx_j. If the b_j as functions of x_p span {s}, the variables separate.
+    If they span {s, t} with the Wronskian s' t − s t' proportional to s, then y = t/s turns the form into
+    dy + Σ (a_j + c_j y) dx_j with a_j, c_j free of x_p: linear, with factor e^P, dP = Σ c_j dx_j closed.
+    In the plane these are the separable, linear and Bernoulli equations; the same works in any dimension.
     """
     for p, w in enumerate(components):
         if w == 0:
@@ -238,8 +243,10 @@ def reduced_by_mayer(
     near: Mapping[Symbol, Expr] | None = None,
     seconds: float = 1.0,
 ) -> Iterator[Expr]:
-    """Candidates T by the method of Mayer and Natani: solve in two variables, the others held fixed, then let the
-    constant of integration vary with them, which leaves a form with one variable less.
+    """Candidates T by the method of Mayer and Natani.
+
+    The equation is solved in two variables, the others held fixed; then the constant of integration varies with
+    them, which leaves a form with one variable less.
     """
     x, w = list(coordinates), list(components)
     nonzero = [i for i, v in enumerate(w) if v != 0]

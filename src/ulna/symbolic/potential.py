@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sympy import Expr, Integer, Integral, Ne, Piecewise, Rational, S, Symbol, fraction, integrate, together
+from sympy import Dummy, Expr, Integer, Integral, Ne, Piecewise, Rational, S, Symbol, exp_polar, fraction, hyper
+from sympy import integrate, meijerg, together
 from sympy.integrals.manualintegrate import manualintegrate
 
 from ulna.symbolic.ansatz import LinearEquations, Span, solutions
@@ -16,17 +17,20 @@ _REGULAR_VALUES = (0, 1, Rational(1, 2), 2, Rational(1, 3), 3, -1)
 
 
 def potential_in_span(
-    components: Sequence[Expr], coordinates: Sequence[Symbol], *, degree: int = 4, limit: int = _LARGEST_SPAN
+    components: Sequence[Expr],
+    coordinates: Sequence[Symbol],
+    *,
+    spectators: Sequence[Symbol] = (),
+    degree: int = 4,
+    limit: int = _LARGEST_SPAN,
 ) -> Expr | None:
     """A candidate T among polynomials in the letters of the form, powers and logarithms of its denominators.
 
     The integration of Risch and Norman with the linear algebra done modulo a prime: milliseconds, and a sum that
     reads well where it succeeds.
     """
-    x = tuple(coordinates)
-    n = len(x)
-    unit = tuple(tuple(Integer(int(i == j)) for j in range(n)) for i in range(n))
-    equations = LinearEquations(coordinates=x, fields=unit, right=tuple(components))
+    x = (*coordinates, *spectators)
+    equations = gradient_equations(components, coordinates, spectators)
     factors = irreducible_factors((1 / fraction(together(w))[1] for w in components), x)
     alphabet = (*letters(components, x), *(1 / f for f in factors))
     for d in range(1, degree + 1):
@@ -37,6 +41,20 @@ def potential_in_span(
         if found:
             return found[0]
     return None
+
+
+def gradient_equations(
+    components: Sequence[Expr],
+    coordinates: Sequence[Symbol],
+    spectators: Sequence[Symbol] = (),
+    zeroth: Sequence[Expr] = (),
+) -> LinearEquations:
+    """∂F/∂xᵢ + θᵢ F = wᵢ; spectators may occur in F but are not differentiated by."""
+    n, width = len(coordinates), len(coordinates) + len(spectators)
+    unit = tuple(tuple(Integer(int(i == j)) for j in range(width)) for i in range(n))
+    return LinearEquations(
+        coordinates=(*coordinates, *spectators), fields=unit, zeroth=tuple(zeroth), right=tuple(components)
+    )
 
 
 def potential_by_quadrature(
@@ -70,15 +88,24 @@ def potential_by_quadrature(
 
 
 def antiderivative(integrand: Expr, variable: Symbol, *, seconds: float = 1.0) -> Expr | None:
-    """∫ integrand d(variable) in closed form for generic parameters, None if none is found in time."""
-    for what, function in (("integrate", integrate), ("integrate after expansion", _integrate_expanded)):
+    """∫ integrand d(variable) in closed form for generic parameters, None if none is found in time.
+
+    All symbols count as positive meanwhile: no case distinctions, roots merge; the formula is checked by its user.
+    """
+    positive = {s: Dummy(s.name, positive=True) for s in integrand.free_symbols | {variable}}
+    back = {dummy: symbol for symbol, dummy in positive.items()}
+    integrand, variable = integrand.xreplace(positive), positive[variable]
+    ways = (
+        ("integrate", integrate),
+        ("integrate after expansion", _integrate_expanded),
+        ("integrate by rules", manualintegrate),
+    )
+    for what, function in ways:
         found = attempt(seconds, what, function, integrand, variable)
         value = generic_branch(found.value) if found.value is not None else None
-        if value is not None and not value.has(Integral, S.NaN, S.ComplexInfinity):
-            return value
-    found = attempt(seconds, "integrate by rules", manualintegrate, integrand, variable)
-    value = generic_branch(found.value) if found.value is not None else None
-    return None if value is None or value.has(Integral, S.NaN, S.ComplexInfinity) else value
+        if value is not None and not value.has(Integral, hyper, meijerg, exp_polar, S.NaN, S.ComplexInfinity):
+            return value.xreplace(back)
+    return None
 
 
 def generic_branch(expression: Expr) -> Expr:

@@ -59,14 +59,16 @@ def constant_relations(
 def _matrix(rows: Rows, points: int, seed: int, constants: Sequence[Symbol]) -> Residues:
     """Shape (equations, columns). Draws more points until enough are valid (square roots halve their number)."""
     wanted = points
+    columns = 0
     for _ in range(6):
         sample = FieldSample(wanted, seed=seed, constants=constants)
         values = rows(sample)
+        columns = values.shape[0]
         if int(sample.valid.sum()) >= points:
             kept = values[:, :, sample.valid][:, :, :points]
             return kept.reshape(kept.shape[0], -1).T
         wanted *= 2
-    return np.eye(values.shape[0], dtype=np.int64)  # nothing can be evaluated: no relation
+    return np.eye(columns, dtype=np.int64)  # nothing can be evaluated: no relation
 
 
 def _with_parameters(
