@@ -1,0 +1,206 @@
+"""Observability: what the outputs and their derivatives along the flow tell about the state (paper eq. 43-44).
+
+Rows are differentials of functions L_f^k h_i. The drift alone gives Kalman's matrix of a linear plant and the one the
+observer form is built from; with the inputs' fields as well the functions span the observation space, whose
+differentials decide whether two states can be told apart by *some* input (Hermann and Krener, IEEE TAC 22 (1977)).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+from sympy import Expr, ImmutableDenseMatrix, Symbol
+
+from ulna.base import Status, Verdict
+from ulna.geometry.lie import lie_derivative
+from ulna.symbolic.budget import attempt
+from ulna.symbolic.rank import Rank, generic_rank, minor_determinant, rank_at
+from ulna.system.affine import ControlAffine, control_affine
+from ulna.system.operating_point import operating_point
+from ulna.system.system import System
+
+_SECONDS = 6.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Observability:
+    """The observability matrix of a plant's drift, and its ranks.
+
+    Attributes:
+        view: the control-affine view the rows belong to.
+        functions: L_f^k h_i, those of output 1 first; (n) of them for a single output, else the independent ones.
+        matrix: their differentials as rows, (len(functions), n).
+        indices: (p,) how many derivatives of each output count, level by level (observability indices).
+        rank: generic rank; at_point: the rank at the operating point, of all rows with k < n.
+        point: the operating point's states.
+        determinant: of the matrix where it is square and regular, in factors; zero on the singular set. None else.
+        observable: on "the drift's outputs determine the state near almost every point".
+        observable_at_point: the same at the operating point.
+    """
+
+    view: ControlAffine
+    functions: tuple[Expr, ...]
+    matrix: ImmutableDenseMatrix
+    indices: tuple[int, ...]
+    rank: Rank
+    at_point: Rank
+    point: Mapping[Symbol, Expr]
+    determinant: Expr | None
+    observable: Verdict
+    observable_at_point: Verdict
+
+    @property
+    def system(self) -> System:
+        """The plant."""
+        return self.view.system
+
+    def _repr_latex_(self) -> str:
+        from ulna.symbolic.latex import expression_latex
+
+        return f"$${expression_latex(self.matrix)}$$"
+
+
+@lru_cache(maxsize=64)
+def observability(system: System) -> Observability:
+    """Observability matrix, indices and ranks of the drift; a plant without output is refuted, not an error.
+
+    The indices follow Krener and Respondek: at level k the differential of L_f^k h_i counts if it is independent of
+    all lower levels and of the earlier outputs' at this level. A single output always gets its n rows.
+
+    Raises:
+        NotAffineError: if the plant is not affine in its inputs.
+    """
+    view = control_affine(system)
+    point = operating_point(system).states
+    chains = _chains(view)
+    functions = tuple(h for chain in chains for h in chain)
+    indices = tuple(len(chain) for chain in chains)
+    matrix = differentials(functions, view.x)
+    rank = generic_rank(matrix)
+    if len(chains) == 1:
+        indices = (rank.value,)
+    local = _rank_at(view, matrix, point, full=len(chains) == 1)
+    determinant = None
+    if rank.value == matrix.rows == len(view.x):
+        determinant = attempt(_SECONDS, "determinant", minor_determinant, matrix, rank).value
+    return Observability(
+        view=view,
+        functions=functions,
+        matrix=matrix,
+        indices=indices,
+        rank=rank,
+        at_point=local,
+        point=point,
+        determinant=determinant,
+        observable=_full(rank, view, "almost everywhere", matrix),
+        observable_at_point=_full(local, view, "at the operating point", matrix),
+    )
+
+
+def differentials(functions: tuple[Expr, ...], coordinates: tuple[Symbol, ...]) -> ImmutableDenseMatrix:
+    """dF as rows, (number of functions, n)."""
+    entries = [h.diff(x) for h in functions for x in coordinates]
+    return ImmutableDenseMatrix(len(functions), len(coordinates), entries)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObservationSpace:
+    """Functions whose differentials span the smallest codistribution with dh that is invariant under f and all g_j.
+
+    Attributes:
+        view: the control-affine view.
+        functions: independent functions, outputs first, then iterated Lie derivatives of low order.
+        rank: generic rank of their differentials (the dimension of the observable part).
+        observable: on "some input tells almost any two near states apart".
+    """
+
+    view: ControlAffine
+    functions: tuple[Expr, ...]
+    rank: Rank
+    observable: Verdict
+
+
+@lru_cache(maxsize=64)
+def observation_space(system: System) -> ObservationSpace:
+    """The observable functions with inputs included; stops when a level of Lie derivatives adds no dimension.
+
+    Raises:
+        NotAffineError: if the plant is not affine in its inputs.
+    """
+    view = control_affine(system)
+    kept: list[Expr] = []
+    newest = list(view.h)
+    while newest and len(kept) < len(view.x):
+        added: list[Expr] = []
+        for function in newest:
+            if len(kept) < len(view.x) and _extends(kept, function, view.x):
+                kept.append(function)
+                added.append(function)
+        newest = [lie_derivative(h, field, view.x) for h in added for field in (view.f, *view.input_fields)]
+    rank = generic_rank(differentials(tuple(kept), view.x))
+    return ObservationSpace(
+        view=view,
+        functions=tuple(kept),
+        rank=rank,
+        observable=_full(rank, view, "by some input", differentials(tuple(kept), view.x)),
+    )
+
+
+def _chains(view: ControlAffine) -> list[list[Expr]]:
+    """For every output the functions h, L_f h, …: n of them for a single output, else the independent ones."""
+    if view.h.rows == 1:
+        chain = [view.h[0]]
+        while len(chain) < len(view.x):
+            chain.append(lie_derivative(chain[-1], view.f, view.x))
+        return [chain]
+    chains: list[list[Expr]] = [[] for _ in view.h]
+    newest: dict[int, Expr] = dict(enumerate(view.h))
+    kept: list[Expr] = []
+    while newest and len(kept) < len(view.x):
+        for i, function in list(newest.items()):
+            if len(kept) < len(view.x) and _extends(kept, function, view.x):
+                kept.append(function)
+                chains[i].append(function)
+                newest[i] = lie_derivative(function, view.f, view.x)
+            else:
+                del newest[i]
+    return chains
+
+
+def _extends(kept: list[Expr], function: Expr, coordinates: tuple[Symbol, ...]) -> bool:
+    if not function.free_symbols & set(coordinates):
+        return False
+    return generic_rank(differentials((*kept, function), coordinates), seconds=0).value > len(kept)
+
+
+def _rank_at(view: ControlAffine, matrix: ImmutableDenseMatrix, point: Mapping[Symbol, Expr], *, full: bool) -> Rank:
+    """The rank there of all rows with k < n; the higher ones are formed only where the chosen ones do not suffice."""
+    local = rank_at(matrix, point)
+    if full or local.value == len(view.x) or not len(view.h):
+        return local
+    functions: list[Expr] = []
+    for output in view.h:
+        chain = [output]
+        while len(chain) < len(view.x):
+            chain.append(lie_derivative(chain[-1], view.f, view.x))
+        functions += chain
+    found = attempt(_SECONDS, "rank", rank_at, differentials(tuple(functions), view.x), point)
+    return local if found.value is None or found.value.value < local.value else found.value
+
+
+def _full(rank: Rank, view: ControlAffine, where: str, matrix: ImmutableDenseMatrix) -> Verdict:
+    n = len(view.x)
+    claim = f"'{view.system.name}' is observable {where} (rank {n})"
+    if not len(view.h):
+        return Verdict.refuted(claim, reason="the plant has no output", rank=0)
+    if rank.verdict.status is Status.UNDECIDED:
+        return Verdict.undecided(claim, **rank.verdict.evidence)
+    evidence = {"rank": rank.value, "point": rank.point, "rows": matrix.rows}
+    if rank.value == n:
+        return Verdict.proved(claim, **evidence)
+    # The rank found is certain from below; that it is no larger is as sure as its verdict.
+    if rank.verdict.status is Status.PROVED:
+        return Verdict.refuted(claim, **evidence)
+    return Verdict.refuted(claim, certainty="no larger rank at random points", **evidence)
