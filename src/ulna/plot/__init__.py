@@ -1,0 +1,7 @@
+"""Figures: a value in, a Matplotlib figure out. Nothing here keeps state or opens a window."""
+
+from ulna.plot.curves import Curve, Panel, plot_curves, plot_panels
+from ulna.plot.poles import plot_poles
+from ulna.plot.save import FORMATS, save_figure, svg_text
+
+__all__ = ["FORMATS", "Curve", "Panel", "plot_curves", "plot_panels", "plot_poles", "save_figure", "svg_text"]

@@ -1,0 +1,72 @@
+"""A figure as SVG text or as a file, the same bytes for the same figure."""
+
+from __future__ import annotations
+
+import io
+import re
+from pathlib import Path
+from typing import Any, Final
+from uuid import uuid4
+
+import matplotlib as mpl
+from matplotlib.figure import Figure
+
+from ulna.base import UlnaError
+
+FORMATS: Final = ("svg", "png", "pdf")
+"""File name endings that `save_figure` writes."""
+
+# Letters as paths look the same everywhere; the salt makes the identifiers inside an SVG the same on every run.
+_SETTINGS: Final[dict[Any, Any]] = {"svg.fonttype": "path", "svg.hashsalt": "ulna", "path.simplify_threshold": 0.2}
+
+
+def svg_text(figure: Figure, *, prefix: str = "") -> str:
+    """Return the figure as one `<svg>` element, letters drawn as paths, without date or document head.
+
+    Args:
+        figure: any Matplotlib figure.
+        prefix: put before every identifier, so that several figures can stand in one page.
+    """
+    text = _render(figure, "svg", 72.0).decode()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    if prefix:
+        text = re.sub(r'\bid="', f'id="{prefix}', text)
+        text = re.sub(r'(href="#|url\(#)', rf"\g<1>{prefix}", text)
+    return text
+
+
+def save_figure(figure: Figure, path: str | Path, *, dots_per_inch: float = 160.0) -> Path:
+    """Write the figure to `path`, in the format its ending names (svg, png, pdf), and return the path.
+
+    The file is written beside its place and moved there, so that a failure leaves nothing half-written.
+
+    Raises:
+        UlnaError: an ending that is none of the formats, or a place that cannot be written.
+    """
+    target = Path(path)
+    suffix = target.suffix.lower().lstrip(".")
+    if suffix not in FORMATS:
+        raise UlnaError(
+            f"a figure in the file '{target}'",
+            f"its ending '{target.suffix}' names no known format.",
+            "Use " + ", ".join(f".{name}" for name in FORMATS) + ".",
+        )
+    data = _render(figure, suffix, dots_per_inch)
+    beside = target.with_name(f".{target.name}.{uuid4().hex[:8]}")
+    try:
+        beside.write_bytes(data)
+        beside.replace(target)
+    except OSError as error:
+        if beside.exists():
+            beside.unlink()
+        raise UlnaError(f"a figure in the file '{target}'", f"it cannot be written: {error.strerror}.") from error
+    return target
+
+
+def _render(figure: Figure, suffix: str, dots_per_inch: float) -> bytes:
+    without_date = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[suffix]
+    buffer = io.BytesIO()
+    with mpl.rc_context(_SETTINGS):
+        figure.savefig(buffer, format=suffix, dpi=dots_per_inch, metadata=without_date)
+    return buffer.getvalue()

@@ -1,0 +1,1 @@
+"""Complete runs on real input: the paper, equation by equation."""
