@@ -16,8 +16,8 @@ from ulna.geometry.oneform import OneForm, frobenius
 from ulna.geometry.representative import simplest_function_of
 from ulna.symbolic import integrating_factor as factors
 from ulna.symbolic.budget import BudgetExceeded, time_budget
-from ulna.symbolic.form_search import FormSearch
 from ulna.symbolic.elimination import normal, vanishes
+from ulna.symbolic.form_search import FormSearch
 from ulna.symbolic.zero import is_zero
 
 

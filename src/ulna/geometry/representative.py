@@ -5,8 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 
-from sympy import Add, Expr, Integer, Mul, Pow, Rational, Symbol, exp, expand_log, factor_terms, fraction, lcm_list, log
-from sympy import expand, powsimp, together
+from sympy import (
+    Add,
+    Expr,
+    Integer,
+    Mul,
+    Pow,
+    Rational,
+    Symbol,
+    exp,
+    expand,
+    expand_log,
+    factor_terms,
+    fraction,
+    lcm_list,
+    log,
+    powsimp,
+    together,
+)
 
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.elimination import normal

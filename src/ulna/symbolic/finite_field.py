@@ -14,9 +14,33 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from sympy import Add, E, Expr, Float, I, Mul, Pow, Rational, Symbol, cos, cot, csc, exp, log, pi, sec, sin, tan
-from sympy import S
-from sympy import Abs, cosh, coth, sign, sinh, tanh
+from sympy import (
+    Abs,
+    Add,
+    E,
+    Expr,
+    Float,
+    I,
+    Mul,
+    Pow,
+    Rational,
+    S,
+    Symbol,
+    cos,
+    cosh,
+    cot,
+    coth,
+    csc,
+    exp,
+    log,
+    pi,
+    sec,
+    sign,
+    sin,
+    sinh,
+    tan,
+    tanh,
+)
 
 PRIME = 2147482661
 """A prime just below 2³¹, equal to 5 modulo 8 (square roots and i exist cheaply) and 2 modulo 3 (cube roots)."""
@@ -76,7 +100,7 @@ class FieldSample:
             self._memory["unit", key] = found
         return found
 
-    def _evaluate(self, e: Expr) -> Residues:  # noqa: PLR0911 (one return per kind of node)
+    def _evaluate(self, e: Expr) -> Residues:
         if isinstance(e, Rational):
             value = int(e.p) % PRIME * pow(int(e.q), -1, PRIME) % PRIME
             return np.full(self._points, value, dtype=np.int64)

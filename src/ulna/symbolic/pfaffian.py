@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from sympy import Dummy, Eq, Expr, Function, Integer, Symbol, fraction, solve, together
+from sympy import Dummy, Eq, Expr, Function, Integer, S, Symbol, fraction, solve, together
 from sympy import exp as exponential_of
 from sympy.solvers.ode import classify_ode, dsolve
 
@@ -280,9 +280,10 @@ def _varied(
     rest = {k: normal(scale * w[k] - inner.diff(x[k])) for k in range(len(x)) if k not in (p, q) and w[k] != 0}
     for fixed in (value, Integer(1), Integer(2)):
         solved = attempt(seconds, "eliminate", solve, inner.subs(x[q], fixed) - constant, x[p])
-        for branch in (solved.value or [])[:1]:
+        branches = [b for b in solved.value or [] if vanishes(b.subs(constant, inner.subs(x[q], fixed)) - x[p])]
+        for branch in branches[:1]:
             form = [normal(v.subs(x[q], fixed).subs(x[p], branch)) for v in rest.values()]
-            if not any(v.has(Integer(0) ** -1) for v in form):
+            if not any(v.has(S.NaN, S.ComplexInfinity) for v in form):
                 names = [constant, *(x[k] for k in rest)]
                 return constant, [Integer(1), *form], names
     return None

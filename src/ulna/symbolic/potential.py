@@ -4,8 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sympy import Dummy, Expr, Integer, Integral, Ne, Piecewise, Rational, S, Symbol, exp_polar, fraction, hyper
-from sympy import integrate, meijerg, together
+from sympy import (
+    Dummy,
+    Expr,
+    Integer,
+    Integral,
+    Ne,
+    Piecewise,
+    Rational,
+    S,
+    Symbol,
+    exp_polar,
+    fraction,
+    hyper,
+    integrate,
+    meijerg,
+    together,
+)
 from sympy.integrals.manualintegrate import manualintegrate
 
 from ulna.symbolic.ansatz import LinearEquations, Span, solutions

@@ -1,0 +1,274 @@
+"""Integration of involutive distributions: the functions that are constant on their leaves.
+
+Frobenius' theorem gives n − d independent ones around a point where the distribution of dimension d is involutive and
+regular. Finding them in closed form is another matter: it is a search, and every function found is differentiated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from sympy import Dummy, Expr, ImmutableDenseMatrix, Integer, Matrix, Symbol, solve
+from sympy.matrices import MatrixBase
+
+from ulna.base import Verdict, all_of
+from ulna.geometry.distribution import Distribution, generic_basis, involutive
+from ulna.geometry.lie import lie_derivative
+from ulna.geometry.representative import simplest_function_of
+from ulna.symbolic.ansatz import LinearEquations, Span, solutions
+from ulna.symbolic.budget import BudgetExceeded, attempt, time_budget
+from ulna.symbolic.elimination import normal, null_space, vanishes
+from ulna.symbolic.finite_field import FieldSample
+from ulna.symbolic.finite_field import null_space as residue_null_space
+from ulna.symbolic.form_search import FormSearch
+from ulna.symbolic.letters import letters, words
+from ulna.symbolic.rank import generic_rank
+from ulna.symbolic.zero import is_zero
+
+_LARGEST_SPAN = 350
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FirstIntegrals:
+    """n − d independent functions with L_f T = 0 for every field f of an involutive distribution of dimension d.
+
+    Args:
+        distribution: what was integrated.
+        functions: the T's; None where there are not as many or not all were found.
+        found: the independent ones that were found, all or some.
+        verdict: refuted (with the offending bracket) if the distribution is not involutive, undecided if the
+            search did not find all.
+    """
+
+    distribution: Distribution
+    functions: tuple[Expr, ...] | None
+    found: tuple[Expr, ...]
+    verdict: Verdict
+
+
+def first_integrals(
+    span: Distribution, *, near: Mapping[Symbol, Expr] | None = None, seconds: float = 8.0
+) -> FirstIntegrals:
+    """Independent functions whose common level sets are the leaves of the distribution.
+
+    In order: coordinates, polynomials in the functions that occur, one-forms of the annihilator that are integrable by
+    themselves; then what was found is held constant, which leaves a smaller problem of the same kind.
+
+    Args:
+        span: spanning fields over n coordinates.
+        near: the point around which the functions must be real; the origin if left out.
+        seconds: s, for everything together.
+    """
+    basis = generic_basis(span)
+    wanted = len(span.coordinates) - len(basis.fields)
+    involution = involutive(basis)
+    if involution.fails:
+        claim = f"the distribution has {wanted} independent first integrals"
+        verdict = Verdict.refuted(claim, **{**involution.evidence, "because": involution.claim})
+        return FirstIntegrals(distribution=span, functions=None, found=(), verdict=verdict)
+    point = {x: Integer(0) for x in span.coordinates} | dict(near or {})
+    found: list[Expr] = []
+    search = _Search(fields=basis.fields, coordinates=span.coordinates, point=point)
+    reason = "every method came to its end"
+    try:
+        with time_budget(seconds):
+            for candidate in search.candidates(wanted):
+                value = _accepted(candidate, found, basis, point)
+                if value is not None:
+                    found.append(value)
+                if len(found) == wanted:
+                    break
+    except BudgetExceeded:
+        reason = f"out of time after {seconds:g} s"
+    if len(found) == wanted:
+        return FirstIntegrals(
+            distribution=span, functions=tuple(found), found=tuple(found), verdict=verified(found, basis)
+        )
+    claim = f"{wanted} independent first integrals are known"
+    verdict = Verdict.undecided(claim, found=tuple(found), reason=reason)
+    return FirstIntegrals(distribution=span, functions=None, found=tuple(found), verdict=verdict)
+
+
+def verified(functions: Sequence[Expr], span: Distribution) -> Verdict:
+    """Whether the functions are independent and constant along every field of the distribution."""
+    claim = "the functions are independent first integrals"
+    parts = [is_zero(lie_derivative(h, f, span.coordinates)) for h in functions for f in span.fields]
+    if functions:
+        rank = generic_rank(Matrix([[h.diff(x) for x in span.coordinates] for h in functions]))
+        if rank.value < len(functions):
+            return Verdict.refuted(claim, rank=rank.value, functions=tuple(functions))
+        parts.append(Verdict.proved("the differentials are independent", point=rank.point))
+    return all_of(claim, parts)
+
+
+def _accepted(candidate: Expr, found: Sequence[Expr], basis: Distribution, point: Mapping[Symbol, Expr]) -> Expr | None:
+    """The candidate in its simplest form if it is constant along the fields and independent of what was found."""
+    if not _independent([*found, candidate], basis.coordinates):
+        return None
+    if not all(vanishes(lie_derivative(candidate, f, basis.coordinates)) for f in basis.fields):
+        return None
+    value = simplest_function_of(candidate, basis.coordinates, near=point)
+    if value is None or verified([value], basis).fails:
+        return None
+    return value
+
+
+def _independent(functions: Sequence[Expr], coordinates: Sequence[Symbol]) -> bool:
+    """Whether the differentials are independent at random points of a finite field."""
+    sample = FieldSample(16)
+    slopes = np.array([sample.table([h.diff(x) for x in coordinates]) for h in functions])
+    good = np.nonzero(sample.valid)[0][:2]
+    return any(not residue_null_space(slopes[:, :, k].T) for k in good)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Search:
+    """Candidates for first integrals of an involutive distribution given by independent fields.
+
+    `spectators` are constants of integration of an outer search: they may occur in the functions.
+    """
+
+    fields: tuple[ImmutableDenseMatrix, ...]
+    coordinates: tuple[Symbol, ...]
+    point: Mapping[Symbol, Expr]
+    spectators: tuple[Symbol, ...] = ()
+
+    def candidates(self, wanted: int) -> Iterator[Expr]:
+        """First integrals, simple ones first; may repeat itself and yield dependent ones."""
+        known: list[Expr] = []
+        for candidate in self._direct(wanted):
+            if _independent([*known, candidate], self.coordinates):
+                known.append(candidate)
+            yield candidate
+            if len(known) >= wanted:
+                return
+        if not known:
+            return
+        yield from self._restricted(known, wanted)
+
+    def _direct(self, wanted: int) -> Iterator[Expr]:
+        for i, x in enumerate(self.coordinates):
+            if all(vanishes(f[i]) for f in self.fields):
+                yield x
+        yield from self._in_span(2, 200)
+        yield from self._single_forms(wanted)
+        yield from self._in_span(4, _LARGEST_SPAN)
+
+    def _in_span(self, degree: int, limit: int) -> Iterator[Expr]:
+        x = (*self.coordinates, *self.spectators)
+        zeros = [Integer(0)] * len(self.spectators)
+        alphabet = letters([e for f in self.fields for e in f], x)
+        rows = tuple((*f, *zeros) for f in self.fields)
+        equations = LinearEquations(coordinates=x, fields=rows)
+        for d in range(1, degree + 1):
+            monomials = tuple(words(alphabet, d, limit + 1))
+            if len(monomials) > limit:
+                return
+            yield from solutions(equations, Span(alphabet=alphabet, monomials=monomials))
+
+    def _single_forms(self, wanted: int) -> Iterator[Expr]:
+        """Integrals of one-forms of the annihilator that satisfy Frobenius' condition by themselves."""
+        seen: set[tuple[Expr, ...]] = set()
+        for form in self._forms():
+            if form in seen:
+                continue
+            seen.add(form)
+            if wanted > 1 and not _integrable(form, self.coordinates):
+                continue
+            search = FormSearch(
+                components=form, coordinates=self.coordinates, point=self.point, spectators=self.spectators
+            )
+            for _, candidate in search.candidates([]):
+                if all(vanishes(self._along(candidate, f)) for f in self.fields):
+                    yield candidate
+                    break
+
+    def _forms(self) -> Iterator[tuple[Expr, ...]]:
+        """Reduced bases of the annihilator for the choices of dependent coordinates."""
+        n, d = len(self.coordinates), len(self.fields)
+        matrix = Matrix.hstack(*(f.as_mutable() for f in self.fields)).T
+        for count, chosen in enumerate(combinations(range(n), d)):
+            if count >= 12:
+                return
+            order = [*chosen, *(k for k in range(n) if k not in chosen)]
+            columns = null_space(_preferring(matrix, order, d))
+            for column in columns:
+                back: list[Expr] = [Integer(0)] * n
+                for position, k in enumerate(order):
+                    back[k] = column[position]
+                yield tuple(back)
+
+    def _along(self, function: Expr, field: MatrixBase) -> Expr:
+        return lie_derivative(function, field, self.coordinates)
+
+    def _restricted(self, known: Sequence[Expr], wanted: int) -> Iterator[Expr]:
+        """The search on the level sets of what is known, each known function solved for one coordinate."""
+        solved: dict[Symbol, Expr] = {}
+        constants: dict[Symbol, Expr] = {}
+        for function in known:
+            reduced = function.subs(solved)
+            constant = _constant_with_sign_of(reduced, self.point)
+            solution = self._solved(reduced, constant, solved)
+            if solution is None:
+                return
+            variable, value = solution
+            solved = {x: v.subs(variable, value) for x, v in solved.items()} | {variable: value}
+            constants[constant] = function
+        rest = tuple(x for x in self.coordinates if x not in solved)
+        fields = []
+        for f in self.fields:
+            entries = [normal(e.subs(solved)) for e, x in zip(f, self.coordinates, strict=True) if x in rest]
+            fields.append(ImmutableDenseMatrix(len(rest), 1, entries))
+        point = {x: self.point[x] for x in rest}
+        smaller = _Search(
+            fields=tuple(fields), coordinates=rest, point=point, spectators=(*self.spectators, *constants)
+        )
+        for candidate in smaller.candidates(wanted - len(known)):
+            yield candidate.subs(constants)
+
+    def _solved(self, function: Expr, constant: Symbol, solved: Mapping[Symbol, Expr]) -> tuple[Symbol, Expr] | None:
+        """A coordinate as a function of the constant and the others, by the easiest equation."""
+        free = [x for x in self.coordinates if x in function.free_symbols and x not in solved]
+
+        def ease(x: Symbol) -> tuple[bool, bool, int]:
+            slope = function.diff(x)
+            return (bool(slope.free_symbols & set(free)), x in slope.free_symbols, slope.count_ops())
+
+        for x in sorted(free, key=ease):
+            found = attempt(1.0, "solve", solve, function - constant, x)
+            for branch in found.value or []:
+                # Of several branches the one that gives x back for positive values of the roots in it.
+                if vanishes(branch.subs(constant, function) - x):
+                    return x, branch
+        return None
+
+
+def _constant_with_sign_of(function: Expr, point: Mapping[Symbol, Expr]) -> Symbol:
+    """A symbol for the value of the function near the point; a known sign spares case distinctions."""
+    value = function.subs(list(point.items()))
+    return Dummy("c", positive=True) if value.is_positive else Dummy("c", real=True)
+
+
+def _preferring(matrix: MatrixBase, order: Sequence[int], count: int) -> MatrixBase:
+    """The matrix with its columns in this order, brought to the unit matrix in the first `count` where possible."""
+    permuted = matrix[:, list(order)]
+    head = permuted[:, :count]
+    if vanishes(head.det()):
+        return permuted
+    return (head.inv() * permuted).applyfunc(normal)
+
+
+def _integrable(form: Sequence[Expr], coordinates: Sequence[Symbol]) -> bool:
+    """Frobenius' condition at random points of a finite field."""
+    n = len(form)
+    p = next((i for i in range(n) if form[i] != 0), None)
+    if p is None:
+        return False
+    d = [[form[j].diff(coordinates[i]) - form[i].diff(coordinates[j]) for j in range(n)] for i in range(n)]
+    return all(
+        vanishes(form[p] * d[i][j] + form[i] * d[j][p] + form[j] * d[p][i])
+        for i, j in combinations([k for k in range(n) if k != p], 2)
+    )
