@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import FrameType, TracebackType
-from typing import Generic, ParamSpec, TypeVar
+from typing import Generic, ParamSpec, Self, TypeVar
 
 from ulna.base import UlnaError
 
@@ -64,7 +64,7 @@ class time_budget:  # noqa: N801 - read as a verb: `with time_budget(0.5):`
         """True once the time is spent."""
         return time.monotonic() >= self.deadline
 
-    def __enter__(self) -> time_budget:
+    def __enter__(self) -> Self:
         self.deadline = time.monotonic() + self.seconds
         _stack.open.append(self)
         if math.isinf(self.deadline):
@@ -117,7 +117,7 @@ def _arm_signal(*, quiet: bool = False) -> None:
     signal.setitimer(signal.ITIMER_REAL, first, _REPEAT)
 
 
-def _on_alarm(number: int, frame: FrameType | None) -> None:
+def _on_alarm(_number: int, frame: FrameType | None) -> None:
     # Entering and leaving a budget must run to their ends, or a timer would outlive its block.
     for _ in range(3):
         if frame is None:

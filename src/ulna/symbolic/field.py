@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import TypeAlias
 
 import sympy as sp
-from flint import Ordering, fmpz_mpoly, fmpz_mpoly_ctx
+from flint import Ordering, fmpz, fmpz_mpoly, fmpz_mpoly_ctx
 
 Polynomial: TypeAlias = fmpz_mpoly
 Element: TypeAlias = tuple[Polynomial, Polynomial]
@@ -98,7 +98,7 @@ class Field:
 
     def _powers(self, polynomial: Polynomial, generator: int, step: int) -> dict[int, Polynomial]:
         """The coefficients of (generator^step)^k, each of degree below `step` in the generator."""
-        groups: dict[int, dict[tuple[int, ...], int]] = {}
+        groups: dict[int, dict[tuple[int, ...], fmpz]] = {}
         for exponents, coefficient in polynomial.to_dict().items():
             times, rest = divmod(exponents[generator], step)
             lower = (*exponents[:generator], rest, *exponents[generator + 1 :])

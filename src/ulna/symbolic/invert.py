@@ -96,7 +96,7 @@ def invert_map(
     base: dict[sp.Basic, sp.Expr] = {**values, **{x: start[x].xreplace(values) for x in old}}
     base |= {z: one.xreplace(base) for z, one in zip(new, expressions, strict=True)}
     task = _Task(forward=expressions, old=tuple(old), new=tuple(new), base=base, seconds=seconds)
-    evidence = {"base": start} if moved else {}
+    evidence: dict[str, object] = {"base": start} if moved else {}
     rejected: list[str] = []
     answer = attempt(seconds, "invert the map", _first_verified, task, start, claim, evidence, rejected)
     if answer.value is not None:
@@ -125,9 +125,7 @@ def _regular_base(
 def _first_verified(
     task: _Task, start: dict[sp.Symbol, sp.Expr], claim: str, evidence: dict[str, object], rejected: list[str]
 ) -> Inversion | None:
-    first = _State(
-        equations=tuple(one - z for one, z in zip(task.forward, task.new, strict=True)), unknowns=task.old
-    )
+    first = _State(equations=tuple(one - z for one, z in zip(task.forward, task.new, strict=True)), unknowns=task.old)
     for state in _eliminated(first, task):
         solution = _back_substituted(state)
         expressions = tuple(tidy(solution[x], seconds=0.3) for x in task.old)
@@ -228,9 +226,7 @@ def _back_substituted(state: _State) -> dict[sp.Symbol, sp.Expr]:
     return solution
 
 
-def _conditions(
-    state: _State, solution: dict[sp.Symbol, sp.Expr]
-) -> tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]]:
+def _conditions(state: _State, solution: dict[sp.Symbol, sp.Expr]) -> tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]]:
     nonzero = [tidy(one.xreplace(solution), seconds=0.1) for one in state.nonzero]
     positive = [tidy(one.xreplace(solution), seconds=0.1) for one in state.positive]
     return (

@@ -29,11 +29,6 @@ class Isolated:
     positive: tuple[sp.Expr, ...] = ()
 
 
-def number_at(expression: sp.Expr, base: Base) -> arb:
-    """The ball of the expression at the base point; NaN where it is not real."""
-    return tape([expression])({**base})
-
-
 def linear_in(expression: sp.Expr, unknown: sp.Symbol) -> Isolated | None:
     """The solution of expression = 0 if the expression is linear in the unknown."""
     slope = expression.diff(unknown)
@@ -85,9 +80,7 @@ def peeled(expression: sp.Expr, unknown: sp.Symbol, base: Base) -> Isolated | No
     return Isolated(expression=right, nonzero=tuple(nonzero), positive=tuple(positive))
 
 
-def _one_layer(
-    left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, base: Base
-) -> tuple[sp.Expr, Isolated] | None:
+def _one_layer(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, base: Base) -> tuple[sp.Expr, Isolated] | None:
     """(u, solution for u) of F(u) = right for the outermost function F."""
     if isinstance(left, sp.Pow) and left.base is not sp.E:
         if left.exp.has(unknown):
@@ -102,11 +95,11 @@ def _one_layer(
     if rule is None:
         return None
     inner = left.args[0]
-    solved = rule(right, number_at_float(inner, base))
+    solved = rule(right, number_at(inner, base))
     return None if solved is None else (inner, solved)
 
 
-def number_at_float(expression: sp.Expr, base: Base) -> float:
+def number_at(expression: sp.Expr, base: Base) -> float:
     """The value at the base point in double precision; NaN where it is not real."""
     return float(tape([expression])(base)[0].mid())
 
@@ -122,19 +115,13 @@ def _root(inner: sp.Expr, exponent: sp.Expr, right: sp.Expr, base: Base) -> Isol
         )
     if exponent == 1:
         return Isolated(expression=right)
-    value = number_at_float(inner, base)
+    value = number_at(inner, base)
     if value > 0:
         return Isolated(expression=right ** (1 / exponent), positive=(right,))
     if value < 0:
         power = right if exponent % 2 == 0 else -right
         return Isolated(expression=-(power ** (1 / exponent)), positive=(power,))
     return None
-
-
-def _turns(principal: float, value: float, period: float) -> int | None:
-    """k with value = principal + k period, or None."""
-    count = round((value - principal) / period)
-    return count if abs(value - principal - count * period) < 1e-9 else None
 
 
 def _asin(right: sp.Expr, value: float) -> Isolated | None:
@@ -189,9 +176,7 @@ _LAYERS: dict[type, Callable[[sp.Expr, float], Isolated | None]] = {
 }
 
 
-def solved_branches(
-    expression: sp.Expr, unknown: sp.Symbol, base: Base, *, seconds: float
-) -> Iterator[Isolated]:
+def solved_branches(expression: sp.Expr, unknown: sp.Symbol, base: Base, *, seconds: float) -> Iterator[Isolated]:
     """Those of SymPy's solutions of expression = 0 that go through the base point."""
     found = attempt(seconds, "solve", sp.solve, expression, unknown)
     if found.value is None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ulna.base import Verdict
+from ulna.base import Status, Verdict
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.field import Element, Field, Polynomial
 from ulna.symbolic.minors import polynomial_rows, relation_with
@@ -25,14 +25,14 @@ class LinearSolution:
         verdict: on "the matrix is generically invertible".
     """
 
-    solution: sp.Matrix | None
+    solution: sp.MatrixBase | None
     determinant: sp.Expr
     verdict: Verdict
 
 
 def in_span(
-    vector: sp.Matrix,
-    columns: Sequence[sp.Matrix] | sp.Matrix,
+    vector: sp.MatrixBase,
+    columns: Sequence[sp.MatrixBase] | sp.MatrixBase,
     *,
     seconds: float = 2.0,
     seed: int = SEED,
@@ -70,21 +70,21 @@ def in_span(
 
 
 def coefficients(
-    vector: sp.Matrix, columns: Sequence[sp.Matrix] | sp.Matrix, *, seconds: float = 2.0
+    vector: sp.MatrixBase, columns: Sequence[sp.MatrixBase] | sp.MatrixBase, *, seconds: float = 2.0
 ) -> tuple[sp.Expr, ...] | None:
     """c with sum_k c_k column_k = vector, zero for columns that the others span; None if there is none or no time."""
     verdict = in_span(vector, columns, seconds=seconds)
     return verdict.evidence.get("coefficients") if verdict.holds else None
 
 
-def as_matrix(columns: Sequence[sp.Matrix] | sp.Matrix, height: int) -> sp.Matrix:
+def as_matrix(columns: Sequence[sp.MatrixBase] | sp.MatrixBase, height: int) -> sp.Matrix:
     """The columns side by side; (height, 0) if there are none."""
     if isinstance(columns, sp.MatrixBase):
         return sp.Matrix(columns)
     return sp.Matrix.hstack(*columns) if columns else sp.zeros(height, 0)
 
 
-def _coefficients(together: sp.Matrix, rank: Rank) -> tuple[tuple[sp.Expr, ...], bool]:
+def _coefficients(together: sp.MatrixBase, rank: Rank) -> tuple[tuple[sp.Expr, ...], bool]:
     exact = polynomial_rows(together)
     ring = exact.ring
     extra = together.cols - 1
@@ -100,7 +100,7 @@ def _readable(ring: Field, element: Element) -> sp.Expr:
     return sp.S.Zero if element[0].is_zero() else ring.factored(element)
 
 
-def nullspace(matrix: sp.Matrix, *, seconds: float = 2.0) -> tuple[sp.Matrix, ...] | None:
+def nullspace(matrix: sp.MatrixBase, *, seconds: float = 2.0) -> tuple[sp.Matrix, ...] | None:
     """A basis of the generic kernel: columns v with matrix * v = 0, without denominators or common factors.
 
     One vector for each dependent column, which enters it with a coefficient that is not zero. None if there was
@@ -113,7 +113,7 @@ def nullspace(matrix: sp.Matrix, *, seconds: float = 2.0) -> tuple[sp.Matrix, ..
     return exact.value
 
 
-def _nullspace(matrix: sp.Matrix, rank: Rank) -> tuple[sp.Matrix, ...]:
+def _nullspace(matrix: sp.MatrixBase, rank: Rank) -> tuple[sp.Matrix, ...]:
     exact = polynomial_rows(matrix)
     ring = exact.ring
     vectors: list[sp.Matrix] = []
@@ -140,7 +140,7 @@ def _primitive(ring: Field, entries: list[Polynomial]) -> list[Polynomial]:
     return result
 
 
-def solve_linear(matrix: sp.Matrix, right: sp.Matrix, *, seconds: float = 2.0) -> LinearSolution:
+def solve_linear(matrix: sp.MatrixBase, right: sp.MatrixBase, *, seconds: float = 2.0) -> LinearSolution:
     """x with matrix * x = right, for a generically invertible (n, n) matrix and an (n, k) right-hand side.
 
     Exact over the field of the entries, in lowest terms and factors, while time lasts; then by SymPy's adjugate,
@@ -151,7 +151,7 @@ def solve_linear(matrix: sp.Matrix, right: sp.Matrix, *, seconds: float = 2.0) -
     if rank.point is None:
         return LinearSolution(solution=None, determinant=sp.nan, verdict=rank.verdict)
     if rank.value < matrix.rows:
-        make = Verdict.refuted if rank.verdict.status == "proved" else Verdict.undecided
+        make = Verdict.refuted if rank.verdict.status is Status.PROVED else Verdict.undecided
         verdict = make(claim, rank=rank.value, because=rank.verdict)
         return LinearSolution(solution=None, determinant=sp.S.Zero, verdict=verdict)
     verdict = Verdict.proved(claim, point=rank.point)
@@ -164,7 +164,7 @@ def solve_linear(matrix: sp.Matrix, right: sp.Matrix, *, seconds: float = 2.0) -
     return LinearSolution(solution=plain.value[0], determinant=plain.value[1], verdict=verdict)
 
 
-def _cramer(matrix: sp.Matrix, right: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
+def _cramer(matrix: sp.MatrixBase, right: sp.MatrixBase) -> tuple[sp.Matrix, sp.Expr]:
     exact = polynomial_rows(matrix.row_join(right))
     ring = exact.ring
     size = matrix.rows
@@ -177,22 +177,22 @@ def _cramer(matrix: sp.Matrix, right: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
     return solution, _readable(ring, (below, ring.one))
 
 
-def _by_adjugate(matrix: sp.Matrix, right: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
+def _by_adjugate(matrix: sp.MatrixBase, right: sp.MatrixBase) -> tuple[sp.Matrix, sp.Expr]:
     determinant = matrix.det(method="berkowitz")
     return matrix.adjugate() * right / determinant, determinant
 
 
-def inverse(matrix: sp.Matrix, *, seconds: float = 3.0) -> LinearSolution:
+def inverse(matrix: sp.MatrixBase, *, seconds: float = 3.0) -> LinearSolution:
     """The inverse of an (n, n) matrix."""
     return solve_linear(matrix, sp.eye(matrix.rows), seconds=seconds)
 
 
-def inverse_last_column(matrix: sp.Matrix, *, seconds: float = 2.0) -> LinearSolution:
+def inverse_last_column(matrix: sp.MatrixBase, *, seconds: float = 2.0) -> LinearSolution:
     """The last column of the inverse, (n, 1)."""
     return solve_linear(matrix, _last_unit_vector(matrix.rows), seconds=seconds)
 
 
-def inverse_last_row(matrix: sp.Matrix, *, seconds: float = 2.0) -> LinearSolution:
+def inverse_last_row(matrix: sp.MatrixBase, *, seconds: float = 2.0) -> LinearSolution:
     """The last row of the inverse, (1, n)."""
     found = solve_linear(matrix.T, _last_unit_vector(matrix.rows), seconds=seconds)
     row = None if found.solution is None else found.solution.T

@@ -20,7 +20,7 @@ class PolynomialRows:
     scales: tuple[Element, ...]
 
 
-def polynomial_rows(matrix: sp.Matrix) -> PolynomialRows:
+def polynomial_rows(matrix: sp.MatrixBase) -> PolynomialRows:
     """The matrix over one common field, with the denominator and the common factor of each row taken out.
 
     Raises:

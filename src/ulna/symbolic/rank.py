@@ -49,7 +49,7 @@ class _Pivots:
 
 
 def generic_rank(
-    matrix: sp.Matrix,
+    matrix: sp.MatrixBase,
     *,
     seconds: float = 1.0,
     seed: int = SEED,
@@ -82,7 +82,7 @@ def generic_rank(
 
 
 def rank_at(
-    matrix: sp.Matrix, point: Mapping[sp.Symbol, sp.Expr], *, seconds: float = 1.0, seed: int = SEED
+    matrix: sp.MatrixBase, point: Mapping[sp.Symbol, sp.Expr], *, seconds: float = 1.0, seed: int = SEED
 ) -> Rank:
     """The rank at a point; symbols to which the point gives no value stay generic.
 
@@ -115,7 +115,7 @@ def value_at(expression: sp.Expr, point: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr
     return None if value.has(sp.nan, sp.zoo, sp.oo, -sp.oo) else value
 
 
-def minor_determinant(matrix: sp.Matrix, rank: Rank, *, seconds: float = 1.0) -> sp.Expr:
+def minor_determinant(matrix: sp.MatrixBase, rank: Rank, *, seconds: float = 1.0) -> sp.Expr:
     """The determinant of the pivot minor; the rank can drop only where it vanishes.
 
     In irreducible factors over sines, exponentials, ... if the time suffices, else SymPy's determinant as it comes.
@@ -125,7 +125,7 @@ def minor_determinant(matrix: sp.Matrix, rank: Rank, *, seconds: float = 1.0) ->
     return exact.value if exact.value is not None else minor.det(method="berkowitz")
 
 
-def _exact_determinant(matrix: sp.Matrix) -> sp.Expr:
+def _exact_determinant(matrix: sp.MatrixBase) -> sp.Expr:
     exact = polynomial_rows(matrix)
     ring = exact.ring
     value = ring.make(determinant(ring, exact.rows, range(matrix.cols)), ring.one)
@@ -160,7 +160,7 @@ def _pivots(values: Sequence[arb], shape: tuple[int, int], cost: Sequence[int]) 
     return _Pivots(rows=tuple(chosen_rows), columns=tuple(chosen_columns))
 
 
-def _upper_bound(matrix: sp.Matrix, pivots: _Pivots, *, seconds: float, point: Point) -> Verdict:
+def _upper_bound(matrix: sp.MatrixBase, pivots: _Pivots, *, seconds: float, point: Point) -> Verdict:
     value = len(pivots.rows)
     claim = f"the rank is {value}"
     evidence = {"point": point, "rows": pivots.rows, "columns": pivots.columns}
@@ -175,7 +175,7 @@ def _upper_bound(matrix: sp.Matrix, pivots: _Pivots, *, seconds: float, point: P
     return Verdict.supported(claim, **evidence, points=_POINTS, no_proof=reason)
 
 
-def _bordering_minors_vanish(matrix: sp.Matrix, pivots: _Pivots) -> bool:
+def _bordering_minors_vanish(matrix: sp.MatrixBase, pivots: _Pivots) -> bool:
     """True only if every minor with one more row and column is zero: then the rank is that of the pivot minor."""
     exact = polynomial_rows(matrix)
     return all(

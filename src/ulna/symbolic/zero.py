@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import sympy as sp
 
@@ -64,7 +64,7 @@ class SampledZero:
                 size = sp.Float(value.mid().str(20, radius=False), 20)
                 return Verdict.refuted(claim, point=point, value=size, seed=self.seed)
             seen += 1
-        evidence = {"points": seen, "digits": self.digits, "seed": self.seed}
+        evidence: dict[str, Any] = {"points": seen, "digits": self.digits, "seed": self.seed}
         if not seen:
             return Verdict.undecided(claim, tried="no random point where the expression is real and finite", **evidence)
         if self.seconds > 0 and len(program.steps) <= self.operations:
