@@ -7,12 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ulna.base.errors import UnitError
-
-if TYPE_CHECKING:
-    from pint import UnitRegistry
 
 # Pint evaluates powers while it reads: what may reach it is names, small integer powers, products and quotients.
 _UNIT_TEXT = re.compile(r"[A-Za-zµΩ°%²³0-9_^*/().\s·-]*")
@@ -38,10 +35,10 @@ class Unit:
 
 
 @cache
-def _registry() -> UnitRegistry:
+def _registry() -> Any:  # Pint's own types know floats only
     from pint import UnitRegistry
 
-    registry: Any = UnitRegistry  # its stubs know floats only
+    registry: Any = UnitRegistry
     return registry(non_int_type=Fraction)
 
 
