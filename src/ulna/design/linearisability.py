@@ -1,0 +1,128 @@
+"""Full-state linearisability by state feedback and change of coordinates: the conditions, and what breaks them.
+
+Jakubczyk and Respondek (1980), Hunt, Su and Meyer (1983); Isidori, Nonlinear Control Systems, theorems 4.2.3 and
+5.2.3: the distributions G_i = span{ad_f^k g_j, k ≤ i} have constant dimension, all of them are involutive, and
+dim G_{n−1} = n. For one input G_{n−2} alone has to be looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import sympy as sp
+
+from ulna.base import Verdict, all_of
+from ulna.geometry.accessibility import Accessibility, accessibility
+from ulna.geometry.distribution import involutive
+from ulna.system.system import System
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Linearisability:
+    """Whether a plant is full-state linearisable, and which bracket, rank or point says no.
+
+    Attributes:
+        accessibility: the brackets and ranks that were judged.
+        involutive: whether all G_i, i ≤ n − 2, are involutive on an open dense set. A refutation names the `bracket`
+            (text), its components `field`, the `span` (texts), the ranks before and after, and the `point`.
+        verdict: whether the plant is linearisable around almost every point.
+        at_point: whether it is so around the operating point.
+    """
+
+    accessibility: Accessibility
+    involutive: Verdict
+    verdict: Verdict
+    at_point: Verdict
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """Controllability (Brunovský) indices, largest first."""
+        return self.accessibility.indices
+
+
+@lru_cache(maxsize=32)
+def linearisability(system: System) -> Linearisability:
+    """Judge full-state linearisability; no output is needed and none is used.
+
+    Raises:
+        NotAffineError: if the plant is not affine in its inputs.
+        UlnaError: if a field is not smooth.
+    """
+    found = accessibility(system)
+    involution = _all_involutive(found)
+    claim = f"'{system.name}' is full-state linearisable"
+    verdict = all_of(claim, [found.controllable, involution], indices=found.indices)
+    return Linearisability(
+        accessibility=found,
+        involutive=involution,
+        verdict=verdict,
+        at_point=_at_point(system, found, verdict),
+    )
+
+
+def _all_involutive(found: Accessibility) -> Verdict:
+    n, inputs = len(found.view.x), len(found.view.u)
+    claim = f"G_{n - 2} is involutive" if inputs == 1 else "all G_i are involutive"
+    if not inputs:
+        return Verdict.proved(claim, reason="there are no inputs")
+    judged: list[Verdict] = []
+    levels = [n - 2] if inputs == 1 else range(n - 1)
+    last = len(found.levels) - 1
+    for level in levels:
+        if level < 0 or level > last or found.ranks[level].value == n:
+            continue
+        judged.append(_involutive(found, level))
+        if judged[-1].fails:
+            break
+    if levels and n - 2 > last and not any(v.fails for v in judged):
+        judged.append(_involutive(found, last))
+    return all_of(claim, judged)
+
+
+def _involutive(found: Accessibility, level: int) -> Verdict:
+    span = found.distribution(level)
+    claim = f"G_{level} is involutive"
+    verdict = involutive(span)
+    if not verdict.fails:
+        return Verdict(claim=claim, status=verdict.status, evidence=verdict.evidence)
+    names = [found.name_of(field) for field in span.fields]
+    i, j = verdict.evidence["pair"]
+    evidence: dict[str, Any] = {
+        "bracket": f"[{names[i]}, {names[j]}]",
+        "field": verdict.evidence["bracket"],
+        "span": tuple(names),
+        "level": level,
+        "rank_before": verdict.evidence["rank_before"],
+        "rank_after": verdict.evidence["rank_after"],
+        "point": _shown_point(found.view.x, verdict.evidence["point"]),
+    }
+    return Verdict.refuted(claim, **evidence)
+
+
+def _shown_point(states: tuple[sp.Symbol, ...], point: Mapping[Any, Any] | None) -> dict[sp.Symbol, sp.Expr]:
+    """The states' values only, states that do not matter left out."""
+    return {s: point[s] for s in states if s in point} if point else {}
+
+
+def _at_point(system: System, found: Accessibility, verdict: Verdict) -> Verdict:
+    claim = f"'{system.name}' is full-state linearisable around its operating point"
+    if verdict.fails:
+        return Verdict.refuted(claim, **{**verdict.evidence, "because": verdict.claim, "generically": False})
+    parts = [verdict]
+    for level, (generic, local) in enumerate(zip(found.ranks, found.ranks_at_point, strict=True)):
+        if local.point is None or not local.verdict.holds:
+            parts.append(Verdict.undecided(f"G_{level} has a dimension at the point", **local.verdict.evidence))
+        elif local.value < generic.value:
+            return Verdict.refuted(
+                claim,
+                generically=True,
+                level=level,
+                generic_dimension=generic.value,
+                dimension_at_point=local.value,
+                point=dict(found.point),
+                singular=found.singular,
+            )
+    return all_of(claim, parts, point=dict(found.point), singular=found.singular)
