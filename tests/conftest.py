@@ -10,7 +10,8 @@ from hypothesis import HealthCheck, settings
 
 # While tests run, every call into ulna is checked against its annotations, at no cost to users; `float` accepts
 # `int`, as static type checkers have it. Left out are local variables, for speed, and the command line, which Typer
-# inspects. jaxtyping's hook was tried: nothing here uses its shapes, and it slowed symbolic work eight times, not three.
+# inspects. jaxtyping's hook was tried: nothing here uses its shapes, and symbolic work took eight times as long, with
+# this one three times.
 _CHECKS = BeartypeConf(is_pep484_tower=True, claw_is_pep526=False, claw_skip_package_names=("ulna.cli",))
 beartype_packages(("ulna",), conf=_CHECKS)
 

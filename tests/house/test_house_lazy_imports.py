@@ -35,9 +35,9 @@ def test_a_heavy_library_is_noticed() -> None:
 
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"]])
 def test_the_program_answers_in_well_under_a_second(arguments: list[str]) -> None:
-    seconds = []
-    for _ in range(3):  # the best of three: a loaded machine says nothing about the program
+    seconds: list[float] = []
+    while len(seconds) < 8 and min(seconds, default=1.0) > 0.6:  # a loaded machine says nothing about the program
         start = time.perf_counter()
         subprocess.run([PROGRAM, *arguments], capture_output=True, check=True)
         seconds.append(time.perf_counter() - start)
-    assert min(seconds) < 0.8
+    assert min(seconds) < 0.6
