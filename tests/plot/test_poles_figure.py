@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from ulna.base import UlnaError
@@ -21,7 +22,7 @@ def test_every_pole_is_in_view_and_in_its_place() -> None:
         complex(x, y)
         for line in axes.get_lines()
         if line.get_label() in {"loop", "observer"}
-        for x, y in zip(line.get_xdata(), line.get_ydata(), strict=True)
+        for x, y in np.asarray(line.get_xydata())
     }
     assert drawn == {*PAIR, -9 + 0j, -10 + 0j, -11 + 0j}
     assert all(left < p.real < right and bottom < p.imag < top for p in drawn)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 PALETTE: Final = ("#0B4F9E", "#E36A0E", "#1E8A5B", "#A8478A", "#B8860B", "#4C5FC0", "#5A5A5A")
-"""Line colours in the manner of Okabe and Ito; the first three differ in lightness too, so grey print keeps them apart."""
+"""Line colours, for every common colour blindness; the first three differ in lightness too, for grey print."""
 
 DASHES: Final = ("solid", (0, (5, 2)), (0, (1.2, 1.6)), (0, (5, 1.6, 1.2, 1.6)))
 """Line styles: what colour says is said a second time by the dashes where colours run out."""

@@ -1,0 +1,46 @@
+"""Reports: a value in, a document out. One HTML page without network, JSON results, folders written whole."""
+
+from ulna.report.document import (
+    Badge,
+    Block,
+    Card,
+    Cell,
+    Document,
+    Fold,
+    Formula,
+    Link,
+    Picture,
+    Row,
+    Section,
+    Table,
+    Text,
+    Tone,
+)
+from ulna.report.folder import output_folder
+from ulna.report.mathml import expression_mathml, mathml, with_decimals
+from ulna.report.page import render_page
+from ulna.report.results import plain, results_text
+
+__all__ = [
+    "Badge",
+    "Block",
+    "Card",
+    "Cell",
+    "Document",
+    "Fold",
+    "Formula",
+    "Link",
+    "Picture",
+    "Row",
+    "Section",
+    "Table",
+    "Text",
+    "Tone",
+    "expression_mathml",
+    "mathml",
+    "output_folder",
+    "plain",
+    "render_page",
+    "results_text",
+    "with_decimals",
+]

@@ -1,0 +1,61 @@
+"""A document as one HTML page that needs nothing else: no script, no network, no second file."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from importlib.resources import files
+from typing import Final
+
+from jinja2 import DictLoader, Environment, StrictUndefined
+from markupsafe import Markup, escape
+
+from ulna.report.document import Block, Cell, Document, Tone
+from ulna.report.mathml import mathml
+
+_SIGNS: Final = {Tone.GOOD: "✓", Tone.MILD: "≈", Tone.BAD: "✗", Tone.PLAIN: ""}
+_INLINE: Final = re.compile(r"(?<!\\)\$([^$]+)\$")
+
+
+def render_page(document: Document) -> str:
+    """Return the document as the text of one self-contained HTML page.
+
+    Texts are escaped; formulas become MathML, pictures inline SVG.
+
+    Raises:
+        FormulaError: a formula that cannot be set.
+    """
+    return _environment().get_template("page.html").render(document=document)
+
+
+@cache
+def _environment() -> Environment:
+    place = files("ulna.report") / "templates"
+    texts = {name: (place / name).read_text(encoding="utf-8") for name in ("page.html", "blocks.html", "style.css")}
+    environment = Environment(
+        loader=DictLoader(texts), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters["with_formulas"] = _with_formulas
+    environment.filters["display_formula"] = lambda latex: Markup(mathml(latex, display=True))  # noqa: S704 (escapes by itself)
+    environment.filters["kind"] = _kind
+    environment.filters["sign"] = lambda tone: _SIGNS[tone]
+    environment.filters["drawing"] = _drawing
+    return environment
+
+
+def _with_formulas(text: str) -> Markup:
+    """The text, escaped, with what stands between dollar signs set as formulas."""
+    parts = _INLINE.split(text)
+    pieces = (Markup(mathml(p)) if i % 2 else escape(p) for i, p in enumerate(parts))  # noqa: S704 (escapes by itself)
+    return Markup("").join(pieces)
+
+
+def _kind(value: Block | Cell) -> str:
+    """The name under which the templates show the value."""
+    return "words" if isinstance(value, str) else type(value).__name__.lower()
+
+
+def _drawing(svg: str) -> Markup:
+    """The SVG text without a fixed size, so that it takes the width of its place."""
+    head, end, rest = svg.partition(">")
+    return Markup(re.sub(r'\s(?:width|height)="[^"]*"', "", head) + end + rest)  # noqa: S704 (our own drawing)
