@@ -14,6 +14,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import UlnaError
+from ulna.symbolic.text import formula
 
 Plain = None | bool | int | float | str | list["Plain"] | dict[str, "Plain"]
 """What JSON can hold."""
@@ -42,9 +43,9 @@ def plain(value: object, *, place: str = "results") -> Any:
     if value is None or isinstance(value, bool | int | str):
         return value
     if isinstance(value, sp.MatrixBase):
-        return [[str(entry) for entry in row] for row in value.tolist()]
+        return [[formula(entry) for entry in row] for row in value.tolist()]
     if isinstance(value, sp.Basic):
-        return str(value)
+        return formula(value)
     if isinstance(value, np.generic | np.ndarray):
         entries: np.ndarray = np.asarray(value)
         return plain(entries.tolist(), place=place)

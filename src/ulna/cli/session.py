@@ -1,0 +1,116 @@
+"""What every command shares: errors as one line and exit status 2, plants by file or name, numbers from text, output."""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+from typer.core import TyperGroup
+
+from ulna.base.errors import UlnaError, UlnaWarning
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ulna.system.system import System
+
+
+class UlnaGroup(TyperGroup):
+    """Commands whose user errors end in one clear message and exit status 2, without a traceback."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        warnings.showwarning = _show_warning
+        try:
+            return super().invoke(ctx)
+        except UlnaError as error:
+            typer.secho(f"error: {error}", fg=typer.colors.RED, err=True)
+            raise typer.Exit(2) from None
+        except BrokenPipeError:
+            # The reader (head, less) went away; there is nobody left to tell.
+            sys.stderr.close()
+            raise typer.Exit(0) from None
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *_place: Any) -> None:
+    if issubclass(category, UlnaWarning):
+        typer.secho(f"warning: {message}", fg=typer.colors.YELLOW, err=True)
+
+
+def plant(name: str) -> System:
+    """The plant of a file or, where there is no such file, of the catalogue.
+
+    Raises:
+        UlnaError: if it is neither.
+    """
+    path = Path(name)
+    if path.suffix in (".toml", ".json") or path.is_file():
+        from ulna.system.file import read_system
+
+        return read_system(path)
+    from ulna.models.catalogue import model
+
+    return model(name)
+
+
+def console() -> Console:
+    """Where tables go."""
+    from rich.console import Console
+
+    return Console(highlight=False, soft_wrap=False)
+
+
+@contextmanager
+def progress(text: str) -> Iterator[None]:
+    """Show that work goes on, on a terminal; elsewhere say nothing."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(text):
+        yield
+
+
+def print_json(data: Any) -> None:
+    """One JSON document on standard output; NaN and infinity become null."""
+    typer.echo(json.dumps(_finite(data), indent=2, ensure_ascii=False))
+
+
+def _finite(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {str(key): _finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_finite(value) for value in data]
+    if isinstance(data, float) and not (float("-inf") < data < float("inf")):
+        return None
+    return data
+
+
+def pole_list(text: str) -> list[str]:
+    """The poles in a comma-separated text.
+
+    Raises:
+        UlnaError: for an empty entry.
+    """
+    poles = [part.strip() for part in text.split(",")]
+    if not all(poles):
+        raise UlnaError(f"poles '{text}'", "an entry is empty.", "Separate poles by commas: -9,-10,-11.")
+    return poles
+
+
+def number_list(text: str, what: str) -> list[float]:
+    """The numbers in a comma-separated text, formulas such as pi/2 included.
+
+    Raises:
+        UlnaError: for an entry that is no number.
+    """
+    from ulna.symbolic.parse import parse_formula
+
+    return [float(parse_formula(part, {}, where=f"{what} '{text}'")) for part in text.split(",")]

@@ -1,0 +1,32 @@
+"""A finding: a value with the verdict that vouches for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ulna.base import Status, Verdict
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """The answer to one question.
+
+    Attributes:
+        verdict: how sure the value is; for yes/no questions the answer itself.
+        value: a number, a bool, expressions, or a mapping of them; None where there is none.
+    """
+
+    verdict: Verdict
+    value: Any
+
+
+def decided(verdict: Verdict) -> Finding:
+    """The finding of a yes/no question: True, False, or None while undecided."""
+    value = None if verdict.status is Status.UNDECIDED else verdict.holds
+    return Finding(verdict=verdict, value=value)
+
+
+def not_applicable(key: str, reason: str) -> Finding:
+    """The finding of a question that could not be asked or answered."""
+    return Finding(verdict=Verdict.undecided(key.replace("_", " "), reason=reason), value=None)
