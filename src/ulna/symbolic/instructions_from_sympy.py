@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import reduce
 
 import sympy as sp
@@ -63,10 +63,13 @@ class SympyReader:
 
     Sums keep SymPy's (deterministic) order of terms with the positive ones first; a product is its variable factors
     in order, divided once by the product of its denominators, times its rational coefficient rounded once.
+    Terms and factors made of numbers and held symbols alone come first, so that they can be computed once for a run.
     """
 
-    def __init__(self, name: str, inputs: Sequence[sp.Symbol]) -> None:
+    def __init__(self, name: str, inputs: Sequence[sp.Symbol], held: Collection[sp.Symbol] = ()) -> None:
         self.name = name
+        self._held = frozenset(held)
+        self._still: dict[sp.Basic, bool] = {}
         self.listing = InstructionList(len(inputs))
         self._indices: dict[sp.Basic, int] = {symbol: index for index, symbol in enumerate(inputs)}
         self._constants: dict[sp.Basic, bool] = {}
@@ -114,31 +117,44 @@ class SympyReader:
         return reduce(lambda left, right: self.listing.emit(operation, left, right), indices)
 
     def _sum(self, expression: sp.Add) -> int:
-        terms = [term.as_coeff_Mul() for term in expression.args]
-        positive = [(c, rest) for c, rest in terms if not c.is_negative]
-        negative = [(-c, rest) for c, rest in terms if c.is_negative]
-        added = [self._scaled(c, rest) for c, rest in positive]
-        subtracted = [self._scaled(c, rest) for c, rest in negative]
-        if not added:
-            return self.listing.emit(Operation.NEG, self._fold(Operation.ADD, subtracted))
-        total = self._fold(Operation.ADD, added)
-        return self._fold(Operation.SUB, [total, *subtracted])
+        held = [term for term in expression.args if self._is_held(term)]
+        moving = [term for term in expression.args if not self._is_held(term)]
+        total = self._added(None, held)
+        total = self._added(total, moving)
+        return self.listing.constant(0.0) if total is None else total
+
+    def _added(self, total: int | None, terms: Sequence[sp.Expr]) -> int | None:
+        split = [term.as_coeff_Mul() for term in terms]
+        for coefficient, rest in split:
+            if not coefficient.is_negative:
+                index = self._scaled(coefficient, rest)
+                total = index if total is None else self.listing.emit(Operation.ADD, total, index)
+        for coefficient, rest in split:
+            if not coefficient.is_negative:
+                continue
+            if total is None:
+                total = self._scaled(coefficient, rest)
+            else:
+                total = self.listing.emit(Operation.SUB, total, self._scaled(-coefficient, rest))
+        return total
 
     def _product(self, expression: sp.Mul) -> int:
-        coefficient, rest = expression.as_coeff_Mul()
-        if coefficient is sp.S.One:
-            return self._factors(sp.Mul.make_args(rest))
-        return self._scaled(coefficient, rest)
+        return self._scaled(*expression.as_coeff_Mul())
 
     def _scaled(self, coefficient: sp.Expr, rest: sp.Expr) -> int:
-        if rest is sp.S.One:
-            return self.index_of(coefficient)
-        index = self.index_of(rest)
-        if coefficient is sp.S.One:
-            return index
-        return self.listing.emit(Operation.MUL, self.index_of(coefficient), index)
+        """coefficient · rest; what does not change is multiplied first."""
+        factors = sp.Mul.make_args(rest)
+        held = [factor for factor in factors if self._is_held(factor) and not self._is_constant(factor)]
+        moving = [factor for factor in factors if factor not in held]
+        scale = self.listing.constant(rounded(coefficient, self.name))
+        if not held or not moving:
+            return self.listing.emit(Operation.MUL, scale, self._factors(factors))
+        scale = self.listing.emit(Operation.MUL, scale, self._factors(held))
+        return self.listing.emit(Operation.MUL, scale, self._factors(moving))
 
     def _factors(self, factors: Sequence[sp.Expr]) -> int:
+        if len(factors) == 1:
+            return self.index_of(factors[0])
         above: list[int] = []
         below: list[int] = []
         constant = sp.Mul(*(factor for factor in factors if self._is_constant(factor)))
@@ -200,6 +216,18 @@ class SympyReader:
             otherwise = self.listing.constant(math.nan) if result is None else result
             result = self.listing.emit(Operation.SELECT, self.index_of(condition), self.index_of(value), otherwise)
         return self.listing.constant(math.nan) if result is None else result
+
+    def _is_held(self, expression: sp.Basic) -> bool:
+        """Whether nothing in it changes during a run: numbers and held symbols only."""
+        if not self._held:
+            return self._is_constant(expression)
+        known = self._still.get(expression)
+        if known is None:
+            known = expression in self._held or (
+                all(map(self._is_held, expression.args)) if expression.args else self._is_constant(expression)
+            )
+            self._still[expression] = known
+        return known
 
     def _is_constant(self, expression: sp.Basic) -> bool:
         known = self._constants.get(expression)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import keyword
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -71,7 +71,13 @@ class Kernel:
         )
 
 
-def kernel(name: str, inputs: Sequence[sp.Symbol], outputs: Mapping[str, sp.Expr]) -> Kernel:
+def kernel(
+    name: str,
+    inputs: Sequence[sp.Symbol],
+    outputs: Mapping[str, sp.Expr],
+    *,
+    held: Collection[sp.Symbol] = (),
+) -> Kernel:
     """The kernel of `outputs` as functions of `inputs`.
 
     Args:
@@ -79,6 +85,8 @@ def kernel(name: str, inputs: Sequence[sp.Symbol], outputs: Mapping[str, sp.Expr
         inputs: the symbols that become inputs, in order.
         outputs: exact expressions by output name, in order. Rationals and other exact constants are rounded to the
             nearest double here and nowhere earlier.
+        held: inputs that keep their value during a run (parameters); terms and factors made of them alone are
+            computed first, so that `hoist` finds them.
 
     Raises:
         FormulaError: a symbol that is not an input, a function or constant with no real double-precision value,
@@ -88,7 +96,7 @@ def kernel(name: str, inputs: Sequence[sp.Symbol], outputs: Mapping[str, sp.Expr
     check_names(name, names, outputs)
     expressions = {label: sp.sympify(expression) for label, expression in outputs.items()}
     _check_bound(name, inputs, expressions)
-    reader = SympyReader(name, tuple(inputs))
+    reader = SympyReader(name, tuple(inputs), held)
     results = tuple(reader.index_of(expression) for expression in expressions.values())
     instructions, results = pruned(len(names), reader.listing.instructions, results)
     return Kernel(name=name, inputs=names, outputs=tuple(expressions), instructions=instructions, results=results)
