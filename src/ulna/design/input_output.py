@@ -117,14 +117,18 @@ def input_output_form(system: System, *, at: Mapping[sp.Symbol, sp.Expr] | None 
         degree=degree,
         outputs=degree.outputs,
         indices=indices,
-        chain=sp.ImmutableDenseMatrix([tidy(e) for chain in degree.lie_chain for e in chain[:-1]]),
-        alpha=alpha.applyfunc(tidy),
+        chain=sp.ImmutableDenseMatrix([_short(e) for chain in degree.lie_chain for e in chain[:-1]]),
+        alpha=alpha.applyfunc(_short),
         beta=degree.decoupling,
         new_inputs=new,
-        control=sp.ImmutableDenseMatrix(solution.solution).applyfunc(tidy),
+        control=sp.ImmutableDenseMatrix(solution.solution).applyfunc(_short),
         singular=singular,
         regular=regular,
     )
+
+
+def _short(expression: sp.Expr) -> sp.Expr:
+    return tidy(expression, seconds=0.1)
 
 
 def _taken(system: System) -> tuple[sp.Symbol, ...]:

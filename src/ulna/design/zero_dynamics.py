@@ -164,15 +164,16 @@ def _tangency(view: ControlAffine, manifold: _Manifold) -> _Tangency:
     free = [x for x in view.x if x not in solved]
     f, g = view.f.xreplace(solved), view.g.xreplace(solved)
     place = {x: k for k, x in enumerate(view.x)}
-    offset, slope = [], []
+    offset: list[sp.Expr] = []
+    slope: list[sp.Expr] = []
     for symbol, expression in solved.items():
         slopes = [(place[z], expression.diff(z)) for z in free]
         row = place[symbol]
         offset.append(f[row] - sum((d * f[k] for k, d in slopes if d != 0), sp.Integer(0)))
-        slope.append(
-            [g[row, j] - sum((d * g[k, j] for k, d in slopes if d != 0), sp.Integer(0)) for j in range(g.cols)]
-        )
-    return _Tangency(offset=sp.Matrix(offset), slope=sp.Matrix(slope).applyfunc(_without_zeros))
+        for j in range(g.cols):
+            slope.append(g[row, j] - sum((d * g[k, j] for k, d in slopes if d != 0), sp.Integer(0)))
+    columns = sp.Matrix(len(solved), g.cols, slope)
+    return _Tangency(offset=sp.Matrix(len(solved), 1, offset), slope=columns.applyfunc(_without_zeros))
 
 
 def _without_zeros(expression: sp.Expr) -> sp.Expr:

@@ -53,9 +53,9 @@ def graph_near(
 ) -> Graph:
     """The level set through (or next to) a point, each equation solved for one unknown.
 
-    One equation at a time, the simplest first: linear with a constant coefficient, with a coefficient of parameters, with
-    one that does not vanish at the point, and only then by SymPy's `solve`. Factors that do not vanish at the point
-    are divided out.
+    One equation at a time, the simplest first: linear with a constant coefficient, with a coefficient of
+    parameters, with one that does not vanish at the point, and only then by SymPy's `solve`. Factors that do not
+    vanish at the point are divided out.
 
     Args:
         equations: k expressions.
@@ -74,8 +74,9 @@ def graph_near(
             factors = [_factors(one, [u for u in unknowns if u not in solved], point) for one in pending]
             chosen = _simplest(factors, [u for u in unknowns if u not in solved], point)
             if chosen is None:
-                tried = tuple(str(one) for one in pending)
-                raise _UnsolvableError(Verdict.undecided(claim, tried="linear elimination and solve", equations=tried))
+                shown = tuple(str(one) for one in pending)
+                tried = "several branches meet at the point" if [] in factors else "linear elimination and solve"
+                raise _UnsolvableError(Verdict.undecided(claim, tried=tried, equations=shown))
             step = {chosen.unknown: chosen.value}
             solved = {s: e.xreplace(step) for s, e in solved.items()} | step
             point = _moved(point, solved)
@@ -111,7 +112,7 @@ def _substituted(equations: Sequence[sp.Expr], solved: Mapping[sp.Symbol, sp.Exp
 
 
 def _factors(equation: sp.Expr, unknowns: Sequence[sp.Symbol], point: Mapping[sp.Symbol, sp.Expr]) -> list[sp.Expr]:
-    """The factors of the numerator that can vanish near the point: one if the set is smooth there."""
+    """The factors of the numerator that can vanish near the point; none if several branches meet there."""
     claim = "the equations are solved for as many unknowns"
     together = attempt(_FACTOR_SECONDS, "numerator", lambda: sp.fraction(sp.together(equation))[0])
     numerator = equation if together.value is None else together.value
@@ -122,9 +123,7 @@ def _factors(equation: sp.Expr, unknowns: Sequence[sp.Symbol], point: Mapping[sp
         raise _UnsolvableError(Verdict.refuted(claim, empty=f"{equation} = 0 has no solution"))
     active = [one for one in parts if vanishes_at(one, point)]
     if len(active) > 1:
-        raise _UnsolvableError(
-            Verdict.undecided(claim, tried=f"several branches of {numerator} = 0 meet at the point", factors=active)
-        )
+        return []  # several branches meet here; other equations may settle which
     return active or [one for one in parts if not isinstance(one, sp.exp)] or parts
 
 
