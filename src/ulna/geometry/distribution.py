@@ -10,7 +10,7 @@ from sympy import Expr, ImmutableDenseMatrix, Matrix, Symbol
 from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError, Verdict, all_of
-from ulna.geometry.lie import lie_bracket
+from ulna.geometry.lie import Scalar, expression, lie_bracket
 from ulna.geometry.oneform import OneForm
 from ulna.symbolic.elimination import null_space, row_reduce
 from ulna.symbolic.rank import Rank, generic_rank, rank_at
@@ -56,12 +56,12 @@ def generic_dimension(span: Distribution) -> Rank:
     return _rank_of(*span.fields)
 
 
-def dimension_at(span: Distribution, point: Mapping[Symbol, Expr]) -> Rank:
+def dimension_at(span: Distribution, point: Mapping[Symbol, Scalar]) -> Rank:
     """The dimension at a point; parameters without a value there stay generic."""
-    return rank_at(span.matrix.as_mutable(), point)
+    return rank_at(span.matrix.as_mutable(), {x: expression(value) for x, value in point.items()})
 
 
-def regular_at(span: Distribution, point: Mapping[Symbol, Expr]) -> Verdict:
+def regular_at(span: Distribution, point: Mapping[Symbol, Scalar]) -> Verdict:
     """Whether the dimension at the point is the generic one, so that it is constant around the point."""
     generic, local = generic_dimension(span), dimension_at(span, point)
     evidence = {"generic_dimension": generic.value, "dimension_at_point": local.value, "point": dict(point)}

@@ -11,20 +11,21 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from sympy import Dummy, Expr, ImmutableDenseMatrix, Integer, Matrix, Symbol, solve
+from sympy import Expr, ImmutableDenseMatrix, Integer, Matrix, Symbol
 from sympy.matrices import MatrixBase
 
 from ulna.base import Verdict, all_of
 from ulna.geometry.distribution import Distribution, generic_basis, involutive
-from ulna.geometry.lie import lie_derivative
-from ulna.geometry.representative import simplest_function_of
+from ulna.geometry.lie import Scalar, expression, lie_derivative
+from ulna.geometry.representative import simplest_function_of, without_arcsines
 from ulna.symbolic.ansatz import LinearEquations, Span, solutions
-from ulna.symbolic.budget import BudgetExceeded, attempt, time_budget
+from ulna.symbolic.budget import BudgetExceeded, time_budget
 from ulna.symbolic.elimination import normal, null_space, vanishes
 from ulna.symbolic.finite_field import FieldSample
 from ulna.symbolic.finite_field import null_space as residue_null_space
 from ulna.symbolic.form_search import FormSearch
 from ulna.symbolic.letters import letters, words
+from ulna.symbolic.level_sets import constant_of, solved_for_a_coordinate
 from ulna.symbolic.rank import generic_rank
 from ulna.symbolic.zero import is_zero
 
@@ -50,7 +51,7 @@ class FirstIntegrals:
 
 
 def first_integrals(
-    span: Distribution, *, near: Mapping[Symbol, Expr] | None = None, seconds: float = 8.0
+    span: Distribution, *, near: Mapping[Symbol, Scalar] | None = None, seconds: float = 8.0
 ) -> FirstIntegrals:
     """Independent functions whose common level sets are the leaves of the distribution.
 
@@ -69,7 +70,7 @@ def first_integrals(
         claim = f"the distribution has {wanted} independent first integrals"
         verdict = Verdict.refuted(claim, **{**involution.evidence, "because": involution.claim})
         return FirstIntegrals(distribution=span, functions=None, found=(), verdict=verdict)
-    point = {x: Integer(0) for x in span.coordinates} | dict(near or {})
+    point = {x: Integer(0) for x in span.coordinates} | {x: expression(value) for x, value in (near or {}).items()}
     found: list[Expr] = []
     search = _Search(fields=basis.fields, coordinates=span.coordinates, point=point)
     reason = "every method came to its end"
@@ -110,7 +111,7 @@ def _accepted(candidate: Expr, found: Sequence[Expr], basis: Distribution, point
         return None
     if not all(vanishes(lie_derivative(candidate, f, basis.coordinates)) for f in basis.fields):
         return None
-    value = simplest_function_of(candidate, basis.coordinates, near=point)
+    value = simplest_function_of(without_arcsines(candidate), basis.coordinates, near=point)
     if value is None or verified([value], basis).fails:
         return None
     return value
@@ -137,11 +138,12 @@ class _Search:
     spectators: tuple[Symbol, ...] = ()
 
     def candidates(self, wanted: int) -> Iterator[Expr]:
-        """First integrals, simple ones first; may repeat itself and yield dependent ones."""
+        """First integrals, simple ones first, each independent of those before."""
         known: list[Expr] = []
         for candidate in self._direct(wanted):
-            if _independent([*known, candidate], self.coordinates):
-                known.append(candidate)
+            if not _independent([*known, candidate], self.coordinates):
+                continue
+            known.append(candidate)
             yield candidate
             if len(known) >= wanted:
                 return
@@ -210,8 +212,9 @@ class _Search:
         constants: dict[Symbol, Expr] = {}
         for function in known:
             reduced = function.subs(solved)
-            constant = _constant_with_sign_of(reduced, self.point)
-            solution = self._solved(reduced, constant, solved)
+            constant = constant_of(reduced, self.point)
+            free = [x for x in self.coordinates if x in reduced.free_symbols and x not in solved]
+            solution = solved_for_a_coordinate(reduced, constant, free)
             if solution is None:
                 return
             variable, value = solution
@@ -228,28 +231,6 @@ class _Search:
         )
         for candidate in smaller.candidates(wanted - len(known)):
             yield candidate.subs(constants)
-
-    def _solved(self, function: Expr, constant: Symbol, solved: Mapping[Symbol, Expr]) -> tuple[Symbol, Expr] | None:
-        """A coordinate as a function of the constant and the others, by the easiest equation."""
-        free = [x for x in self.coordinates if x in function.free_symbols and x not in solved]
-
-        def ease(x: Symbol) -> tuple[bool, bool, int]:
-            slope = function.diff(x)
-            return (bool(slope.free_symbols & set(free)), x in slope.free_symbols, slope.count_ops())
-
-        for x in sorted(free, key=ease):
-            found = attempt(1.0, "solve", solve, function - constant, x)
-            for branch in found.value or []:
-                # Of several branches the one that gives x back for positive values of the roots in it.
-                if vanishes(branch.subs(constant, function) - x):
-                    return x, branch
-        return None
-
-
-def _constant_with_sign_of(function: Expr, point: Mapping[Symbol, Expr]) -> Symbol:
-    """A symbol for the value of the function near the point; a known sign spares case distinctions."""
-    value = function.subs(list(point.items()))
-    return Dummy("c", positive=True) if value.is_positive else Dummy("c", real=True)
 
 
 def _preferring(matrix: MatrixBase, order: Sequence[int], count: int) -> MatrixBase:

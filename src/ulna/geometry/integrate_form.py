@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from sympy import Expr, Integer, Symbol
 
 from ulna.base import UlnaError, Verdict, all_of
+from ulna.geometry.lie import Scalar, expression
 from ulna.geometry.oneform import OneForm, frobenius
-from ulna.geometry.representative import simplest_function_of
+from ulna.geometry.representative import simplest_function_of, without_arcsines
 from ulna.symbolic import integrating_factor as factors
 from ulna.symbolic.budget import BudgetExceeded, time_budget
 from ulna.symbolic.elimination import normal, vanishes
@@ -44,7 +45,7 @@ def integrate(
     form: OneForm,
     hints: Sequence[Expr] = (),
     *,
-    near: Mapping[Symbol, Expr] | None = None,
+    near: Mapping[Symbol, Scalar] | None = None,
     seconds: float = 6.0,
 ) -> Potential:
     """A function T₁ whose differential is parallel to ω, the simplest of its kind.
@@ -72,7 +73,7 @@ def integrate(
         claim = "the one-form has an integrating factor"
         verdict = Verdict.refuted(claim, **{**integrable.evidence, "because": integrable.claim})
         return Potential(form=form, value=None, factor=None, method="", verdict=verdict)
-    point = {x: Integer(0) for x in coordinates} | dict(near or {})
+    point = {x: Integer(0) for x in coordinates} | {x: expression(value) for x, value in (near or {}).items()}
     search = FormSearch(components=components, coordinates=coordinates, hints=tuple(hints), point=point)
     tried: list[str] = []
     try:
@@ -100,6 +101,7 @@ def parallel(function: Expr, form: OneForm) -> Verdict:
 
 
 def _accepted(form: OneForm, candidate: Expr, method: str, point: Mapping[Symbol, Expr]) -> Potential | None:
+    candidate = without_arcsines(candidate)
     if not _probably_parallel(candidate, form):
         return None
     value = simplest_function_of(candidate, form.coordinates, near=point)

@@ -8,14 +8,23 @@ more than it saves, and zeros are tested numerically first (`ulna.symbolic.zero`
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeAlias
 
-from sympy import Expr, ImmutableDenseMatrix, Symbol, sympify
+from sympy import Expr, ImmutableDenseMatrix, Integer, Symbol
 from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError
 
+Scalar: TypeAlias = Expr | int
+"""A function, or a whole number as users write it."""
 
-def lie_derivative(function: Expr, field: MatrixBase, coordinates: Sequence[Symbol]) -> Expr:
+
+def expression(value: Scalar) -> Expr:
+    """The value as an expression."""
+    return Integer(value) if isinstance(value, int) else value
+
+
+def lie_derivative(function: Scalar, field: MatrixBase, coordinates: Sequence[Symbol]) -> Expr:
     """L_f h = (∂h/∂x) f, the rate of the function h along the flow of f.
 
     Args:
@@ -27,7 +36,7 @@ def lie_derivative(function: Expr, field: MatrixBase, coordinates: Sequence[Symb
         UlnaError: the field does not have one entry per coordinate.
     """
     _check(field, (len(coordinates), 1), "vector field")
-    scalar = sympify(function)
+    scalar = expression(function)
     return _contract([scalar.diff(x) for x in coordinates], list(field))
 
 
@@ -100,7 +109,7 @@ def iterated_bracket(
 
 
 def _contract(gradient: Sequence[Expr], field: Sequence[Expr]) -> Expr:
-    total = sympify(0)
+    total: Expr = Integer(0)
     for slope, rate in zip(gradient, field, strict=True):
         if slope != 0 and rate != 0:
             total += slope * rate

@@ -9,11 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from sympy import Expr, ImmutableDenseMatrix, Integer, Symbol, sympify
+from sympy import Expr, ImmutableDenseMatrix, Integer, Symbol
 from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError, Verdict, all_of
-from ulna.geometry.lie import lie_derivative_of_covector
+from ulna.geometry.lie import Scalar, expression, lie_derivative_of_covector
 from ulna.symbolic.elimination import null_space
 from ulna.symbolic.zero import is_zero
 
@@ -45,19 +45,19 @@ class OneForm:
         return tuple(self.row)
 
 
-def one_form(components: Sequence[Expr] | MatrixBase, coordinates: Sequence[Symbol]) -> OneForm:
+def one_form(components: Sequence[Scalar] | MatrixBase, coordinates: Sequence[Symbol]) -> OneForm:
     """ω = Σ wᵢ dxᵢ from its components (a sequence or a matrix of n entries)."""
-    row = ImmutableDenseMatrix([[sympify(c) for c in components]])
+    row = ImmutableDenseMatrix([[expression(c) for c in components]])
     return OneForm(coordinates=tuple(coordinates), row=row)
 
 
-def differential(function: Expr, coordinates: Sequence[Symbol]) -> OneForm:
+def differential(function: Scalar, coordinates: Sequence[Symbol]) -> OneForm:
     """dh = Σ (∂h/∂xᵢ) dxᵢ."""
-    scalar = sympify(function)
+    scalar = expression(function)
     return one_form([scalar.diff(x) for x in coordinates], coordinates)
 
 
-def scaled(factor: Expr, form: OneForm) -> OneForm:
+def scaled(factor: Scalar, form: OneForm) -> OneForm:
     """μ ω."""
     return one_form([factor * w for w in form.components], form.coordinates)
 

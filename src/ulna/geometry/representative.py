@@ -7,20 +7,27 @@ from itertools import product
 
 from sympy import (
     Add,
+    Dummy,
     Expr,
+    Function,
     Integer,
     Mul,
     Pow,
     Rational,
     Symbol,
+    acos,
+    asin,
+    atan,
     exp,
     expand,
     expand_log,
+    factor,
     factor_terms,
     fraction,
     lcm_list,
     log,
     powsimp,
+    sqrt,
     together,
 )
 
@@ -35,7 +42,8 @@ _STEPS = (Rational(1, 97), Rational(-1, 89), Rational(1, 61), Rational(-1, 53))
 def simplest_function_of(value: Expr, coordinates: Sequence[Symbol], *, near: Mapping[Symbol, Expr]) -> Expr | None:
     """The shortest of T, log T, exp T, powers and reciprocals of T that is real around the point.
 
-    One that is regular at the point, with a nonzero differential, is preferred to a shorter one. Constants that are added or multiplied are dropped, and T is 0 at the point where it is finite there.
+    One that is regular at the point, with a nonzero differential, is preferred to a shorter one. Constants that are
+    added or multiplied are dropped, and T is 0 at the point where it is finite there.
 
     Args:
         value: T.
@@ -61,9 +69,29 @@ def simplest_function_of(value: Expr, coordinates: Sequence[Symbol], *, near: Ma
     return best[1] - offset if shift else best[1]
 
 
+def without_arcsines(value: Expr) -> Expr:
+    """asin w → atan(w / √(1 − w²)) wherever the root comes out: asin(y/√(x² + y²)) → atan(y/x).
+
+    Roots are taken with positive symbols. The new form has the same differential where the symbols are positive,
+    and no root that limits it to one side.
+    """
+    swaps = {}
+    for node in value.atoms(asin, acos):
+        positive = {s: Dummy(s.name, positive=True) for s in node.free_symbols}
+        w = node.args[0].xreplace(positive)
+        rest = attempt(_SECONDS, "1 − w²", lambda w=w: sqrt(factor(1 - w**2))).value
+        slope = attempt(_SECONDS, "tangent", normal, w / rest).value if rest is not None and rest != 0 else None
+        if slope is None or any(not p.exp.is_Integer for p in slope.atoms(Pow)):
+            continue
+        slope = slope.xreplace({d: s for s, d in positive.items()})
+        swaps[node] = atan(slope) if isinstance(node, asin) else -atan(slope)
+    return value.xreplace(swaps) if swaps else value
+
+
 def _candidates(value: Expr, coordinates: Sequence[Symbol]) -> Iterator[Expr]:
     plain = _plain(value, coordinates)
     yield plain
+    yield from _only_argument(plain, coordinates)
     yield from (_plain(form, coordinates) for form in _rewritten(plain))
     if plain.has(log):
         scale = lcm_list([c.q for c in _log_coefficients(plain)] or [1])
@@ -74,6 +102,15 @@ def _candidates(value: Expr, coordinates: Sequence[Symbol]) -> Iterator[Expr]:
     if plain.is_Mul or plain.is_Pow or isinstance(plain, exp):
         yield from _powers(plain, coordinates)
         yield _plain(split, coordinates)
+
+
+def _only_argument(value: Expr, coordinates: Sequence[Symbol]) -> Iterator[Expr]:
+    """u where T is a function of u alone: the argument of a function or the base of a power that occurs in T."""
+    own = set(coordinates)
+    inner = {node.args[0] for node in value.atoms(Function, Pow, exp) if own & node.args[0].free_symbols}
+    for u in sorted(inner, key=lambda u: (u.count_ops(), str(u))):
+        if not u.is_Symbol and not own & value.subs(u, Dummy("u")).free_symbols:
+            yield _plain(u, coordinates)
 
 
 def _powers(value: Expr, coordinates: Sequence[Symbol]) -> Iterator[Expr]:
@@ -105,7 +142,8 @@ def _log_coefficients(value: Expr) -> list[Expr]:
 
 
 def _rewritten(value: Expr) -> Iterator[Expr]:
-    for what, function in (("expand", expand), ("factor terms", factor_terms), ("normal", normal)):
+    rewritings = (("expand", expand), ("factor terms", factor_terms), ("normal", normal), ("factor", factor))
+    for what, function in rewritings:
         found = attempt(_SECONDS, what, function, value)
         if found.value is not None:
             yield found.value
@@ -120,7 +158,14 @@ def _plain(value: Expr, coordinates: Sequence[Symbol]) -> Expr:
     """Without added constants and constant factors."""
     own = set(coordinates)
     value = Add(*(t for t in Add.make_args(value) if own & t.free_symbols))
-    return _monic(factor_terms(value).as_independent(*coordinates, as_Add=False)[1] if value.is_Add else value, own)
+    if value.is_Add:
+        terms = Add.make_args(value)
+        scale = lcm_list([t.as_coeff_Mul()[0].q for t in terms if t.as_coeff_Mul()[0].is_Rational])
+        value = Add(*(t * scale for t in terms))
+        value = factor_terms(value).as_independent(*coordinates, as_Add=False)[1]
+        return -value if value.could_extract_minus_sign() else value
+    value = _monic(value, own)
+    return Mul(*(-f if f.is_Add and f.could_extract_minus_sign() else f for f in Mul.make_args(value)))
 
 
 def _monic(value: Expr, own: set[Symbol] | None = None) -> Expr:

@@ -1,8 +1,8 @@
 """Functions of a finite-dimensional space that solve linear partial differential equations of first order.
 
-Wanted: F = Σ cₖ mₖ + Σ cₗ log pₗ with X_j F + θ_j F = r_j for all j, where the X_j are vector fields, the mₖ monomials over
-an alphabet of functions, the pₗ given factors. That is linear in the constants, so it is solved at random points of
-a finite field. First integrals (θ = r = 0), potentials (X_j = ∂_j, r = the form), integrating factors (their
+Wanted: F = Σ cₖ mₖ + Σ cₗ log pₗ with X_j F + θ_j F = r_j for all j, where the X_j are vector fields, the mₖ monomials
+over an alphabet of functions, the pₗ given factors. That is linear in the constants, so it is solved at random points
+of a finite field. First integrals (θ = r = 0), potentials (X_j = ∂_j, r = the form), integrating factors (their
 logarithm with r, or themselves with θ) are all of this kind.
 """
 

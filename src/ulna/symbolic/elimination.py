@@ -6,11 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from sympy import Expr, ImmutableDenseMatrix, Integer, cancel, together
+from sympy import Abs, Expr, ImmutableDenseMatrix, Integer, Pow, cancel, log, together
+from sympy.functions.elementary.hyperbolic import InverseHyperbolicFunction
+from sympy.functions.elementary.trigonometric import InverseTrigonometricFunction
 from sympy.matrices import MatrixBase
 
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.finite_field import FieldSample
+from ulna.symbolic.zero import SampledZero
 
 _SECONDS_PER_ENTRY = 0.3
 _POINTS = 8
@@ -30,12 +33,24 @@ class RowReduction:
 
 
 def vanishes(expression: Expr) -> bool:
-    """Whether the expression is zero at random points of a finite field: a fast filter, no proof either way."""
-    if expression.is_number and expression.is_Rational:
+    """Whether the expression is zero at random points: a fast filter, no proof either way.
+
+    The points are those of a finite field, which does not know that √u √v = √(uv) for positive u and v; so with roots
+    or inverse functions a nonzero value there is doubted, and the real numbers are asked.
+    """
+    if expression.is_Rational:
         return expression == 0
     sample = FieldSample(4 * _POINTS)
     values = sample(expression)
-    return bool(sample.valid.any()) and not np.any(values[sample.valid])
+    if sample.valid.any() and not np.any(values[sample.valid]):
+        return True
+    return _has_hidden_relations(expression) and SampledZero(points=4, seconds=0)(expression).holds
+
+
+def _has_hidden_relations(expression: Expr) -> bool:
+    if expression.has(log, Abs, InverseTrigonometricFunction, InverseHyperbolicFunction):
+        return True
+    return any(not node.exp.is_Integer for node in expression.atoms(Pow))
 
 
 def normal(expression: Expr) -> Expr:

@@ -130,10 +130,12 @@ class FieldSample:
         return self._function(e)
 
     def inverse(self, values: Residues) -> Residues:
+        """1/values; points where a value is 0 are no longer valid."""
         self.valid &= values != 0
         return power(values, PRIME - 2)
 
     def signed_power(self, base: Residues, exponent: int) -> Residues:
+        """base**exponent for any integer exponent; points where 0 is inverted are no longer valid."""
         return power(base, exponent) if exponent >= 0 else power(self.inverse(base), -exponent)
 
     def _pow(self, base: Expr, exponent: Expr) -> Residues:

@@ -1,0 +1,110 @@
+"""Dimension, membership, annihilator, involutivity and closure."""
+
+import pytest
+from sympy import Matrix, cos, exp, sin, symbols
+
+from ulna.base import UlnaError
+from ulna.geometry.distribution import (
+    annihilator,
+    contains,
+    dimension_at,
+    distribution,
+    generic_basis,
+    generic_dimension,
+    involutive,
+    involutive_closure,
+    membership,
+    regular_at,
+    sum_of,
+)
+from ulna.geometry.lie import lie_bracket
+from ulna.geometry.oneform import contraction
+from ulna.symbolic.zero import is_zero
+
+X = x1, x2, x3 = symbols("x1:4", real=True)
+ROBOT = distribution([Matrix([sin(x3), cos(x3), 0]), Matrix([0, 0, 1])], X)  # Röbenack 2017, Involutiv_Test
+
+
+def test_dimension_drops_at_a_point() -> None:
+    span = distribution([Matrix([x1, 0, 0]), Matrix([0, 1, 0])], X)
+    assert generic_dimension(span).value == 2
+    assert dimension_at(span, {x1: 0, x2: 0, x3: 0}).value == 1
+    assert regular_at(span, {x1: 0, x2: 0, x3: 0}).fails
+    assert regular_at(span, {x1: 1, x2: 0, x3: 0}).holds
+
+
+def test_dependent_fields_are_dropped_from_a_basis() -> None:
+    span = distribution([Matrix([1, x1, 0]), Matrix([x2, x1 * x2, 0]), Matrix([0, 0, 1])], X)
+    assert generic_basis(span).fields == (span.fields[0], span.fields[2])
+
+
+def test_a_member_has_its_coefficients() -> None:
+    field = x1 * ROBOT.fields[0] + exp(x2) * ROBOT.fields[1]
+    found = membership(ROBOT, field)
+    assert found.verdict.holds
+    assert found.coefficients is not None
+    difference = sum((c * f for c, f in zip(found.coefficients, ROBOT.fields, strict=True)), -Matrix(field))
+    assert all(is_zero(entry).holds for entry in difference)
+
+
+def test_a_stranger_is_refused_with_both_ranks() -> None:
+    verdict = contains(ROBOT, Matrix([cos(x3), -sin(x3), 0]))
+    assert verdict.fails
+    assert (verdict.evidence["rank_before"], verdict.evidence["rank_after"]) == (2, 3)
+    assert membership(ROBOT, Matrix([cos(x3), -sin(x3), 0])).coefficients is None
+
+
+def test_annihilator_vanishes_on_every_field() -> None:
+    forms = annihilator(ROBOT)
+    assert len(forms) == 1
+    assert all(is_zero(contraction(form, field)).holds for form in forms for field in ROBOT.fields)
+    assert len(annihilator(distribution([], X))) == 3
+
+
+def test_unicycle_is_not_involutive_and_the_bracket_is_shown() -> None:
+    verdict = involutive(ROBOT)
+    assert verdict.fails
+    assert verdict.evidence["pair"] == (0, 1)
+    assert verdict.evidence["bracket"] == lie_bracket(ROBOT.fields[0], ROBOT.fields[1], X)
+    assert (verdict.evidence["rank_before"], verdict.evidence["rank_after"]) == (2, 3)
+
+
+def test_closure_of_the_unicycle_is_everything() -> None:
+    assert len(involutive_closure(ROBOT).fields) == 3
+
+
+def test_closure_of_an_involutive_distribution_is_itself() -> None:
+    span = distribution([Matrix([x2, -x1, 0]), Matrix([0, 0, 1])], X)
+    assert involutive(span).holds
+    assert involutive_closure(span).fields == span.fields
+
+
+def test_closure_is_involutive_and_contains_the_fields() -> None:
+    y = y1, y2, y3, y4 = symbols("y1:5", real=True)
+    span = distribution([Matrix([1, 0, y2, 0]), Matrix([0, 1, 0, y3])], y)
+    closure = involutive_closure(span)
+    assert involutive(closure).holds
+    assert all(contains(closure, field).holds for field in span.fields)
+    assert len(closure.fields) == 4
+    assert y1 is not y4
+
+
+def test_brackets_that_stay_inside_by_function_multiples_are_accepted() -> None:
+    span = distribution([Matrix([1, 0, x2]), Matrix([0, exp(x1), x1 * exp(x1)])], X)
+    assert involutive(span).holds
+
+
+def test_a_whole_tangent_space_is_involutive() -> None:
+    assert bool(involutive(distribution([Matrix([1, 0, 0]), Matrix([x1, 1, 0]), Matrix([0, x2, 1])], X)))
+
+
+def test_sum_collects_fields_and_refuses_other_coordinates() -> None:
+    other = distribution([Matrix([cos(x3), -sin(x3), 0])], X)
+    assert generic_dimension(sum_of(ROBOT, other)).value == 3
+    with pytest.raises(UlnaError, match="different coordinates"):
+        sum_of(ROBOT, distribution([Matrix([1, 0])], X[:2]))
+
+
+def test_a_field_of_wrong_length_is_refused() -> None:
+    with pytest.raises(UlnaError, match="shape"):
+        distribution([Matrix([1, 0])], X)
