@@ -6,6 +6,7 @@ from ulna.system.equilibria import Equilibria, Equilibrium, equilibria
 from ulna.system.file import read_system, write_system
 from ulna.system.linearise import Linearisation, linearise
 from ulna.system.operating_point import OperatingPoint, operating_point
+from ulna.system.rest_point import RestPoint, rest_point
 from ulna.system.schema import system_from_mapping, system_to_mapping
 from ulna.system.signal import Definition, Parameter, Signal
 from ulna.system.system import System
@@ -18,6 +19,7 @@ __all__ = [
     "Linearisation",
     "OperatingPoint",
     "Parameter",
+    "RestPoint",
     "Signal",
     "System",
     "connect",
@@ -27,6 +29,7 @@ __all__ = [
     "non_smooth_terms",
     "operating_point",
     "read_system",
+    "rest_point",
     "system_from_mapping",
     "system_to_mapping",
     "write_system",
