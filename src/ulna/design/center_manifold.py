@@ -12,6 +12,7 @@ from itertools import combinations_with_replacement
 
 import sympy as sp
 
+from ulna.symbolic.simplify import tidy
 from ulna.symbolic.taylor import taylor_coefficients
 
 Row = tuple[sp.Expr, ...]
@@ -57,7 +58,7 @@ def center_modes(A: sp.Matrix, *, zero: int, squares: Sequence[sp.Expr]) -> Cent
     for square in squares:
         annihilator = annihilator * (A**2 + square * sp.eye(n))
     kernel = (A if zero == 1 and not squares else annihilator).applyfunc(sp.expand).nullspace(simplify=True)
-    chain = next((b for b in kernel if any(e != 0 for e in (A * b).applyfunc(sp.simplify))), None)
+    chain = next((b for b in kernel if any(e != 0 for e in (A * b).applyfunc(tidy))), None)
     if chain is not None and len(kernel) == 2:
         kernel = [(A * chain).applyfunc(sp.expand), chain]
     center = sp.Matrix.hstack(*kernel)
@@ -68,7 +69,7 @@ def center_modes(A: sp.Matrix, *, zero: int, squares: Sequence[sp.Expr]) -> Cent
         image = annihilator.applyfunc(sp.expand).columnspace(simplify=True)
         stable = sp.Matrix.hstack(*image)
     both = center.row_join(stable)
-    blocks = (both.inv() * A * both).applyfunc(sp.simplify)
+    blocks = (both.inv() * A * both).applyfunc(tidy)
     return CenterModes(
         center=sp.ImmutableDenseMatrix(center),
         reduced=sp.ImmutableDenseMatrix(blocks[:c, :c]),

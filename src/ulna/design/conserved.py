@@ -91,7 +91,7 @@ def _positive(matrix: sp.Matrix) -> bool:
 
 
 def damping_sign(rates: Sequence[sp.Expr], coordinates: Sequence[sp.Symbol]) -> int | None:
-    """−1 if (x, y)' = (y, F(x) + y ρ(x, y)) loses energy except on curves it does not stay on, 1 if it gains, else None.
+    """−1 if (x, y)' = (y, F(x) + y ρ(x, y)) loses energy, 1 if it gains, but for curves it does not stay on; else None.
 
     −ρ must be a polynomial of even powers with coefficients of one sign (LaSalle's principle; in reversed time for
     the gain).

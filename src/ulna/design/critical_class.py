@@ -1,4 +1,4 @@
-"""The stability class of the origin of an irreducible block of equations: eigenvalues, then what decides critical ones."""
+"""The stability class of the origin of a block of equations: eigenvalues first, then what decides critical cases."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Critical equilibria in the plane: centres, weak foci and nilpotent points.
 
-Sources: A. M. Lyapunov, The General Problem of the Stability of Motion (1892), for the constants of a weak focus and the
-first integral of a centre; A. F. Andreev, Transl. AMS 8 (1958), for nilpotent points; reversible centres: H. Poincaré.
+Sources: A. M. Lyapunov, The General Problem of the Stability of Motion (1892), for the constants of a weak focus and
+the first integral of a centre; A. F. Andreev, Transl. AMS 8 (1958), for nilpotent points; H. Poincaré for reversible
+centres.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from ulna.base.verdict import Status
+from ulna.symbolic.simplify import tidy
 from ulna.symbolic.taylor import taylor_coefficients
 from ulna.symbolic.zero import SampledZero, is_zero
 
@@ -80,7 +82,7 @@ def focal_value(
         values = dict(zip([constant, *unknowns], solution, strict=True))
         free = dict.fromkeys([*unknowns, constant], sp.Integer(0))
         parts[degree] = sp.expand(form.xreplace(values).xreplace(free))
-        g = sp.simplify(values[constant].xreplace(free)) if degree % 2 == 0 else sp.Integer(0)
+        g = tidy(values[constant].xreplace(free)) if degree % 2 == 0 else sp.Integer(0)
         if g != 0:
             return g, sp.Add(*parts.values())
     return None
