@@ -17,11 +17,12 @@ from ulna.symbolic.linear import inverse
 from ulna.symbolic.rank import generic_rank, minor_determinant
 from ulna.symbolic.simplify import tidy
 from ulna.symbolic.text import formula
+from ulna.symbolic.zero import are_zero
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.system import System
 
 _TIDY_SECONDS = 0.2
-_INVERSION_SECONDS = 1.5
+_INVERSION_SECONDS = 2.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,7 +68,7 @@ class ControllerForm:
         Raises:
             NoFormError: if the inverse of T was not found.
         """
-        ends = self.map.to_new(self.alpha)
+        ends = self._in_z(self.alpha)
         rows: list[sp.Expr] = []
         for i, length in enumerate(self.indices):
             rows += [*self.map.new[len(rows) + 1 : len(rows) + length], ends[i]]
@@ -80,13 +81,20 @@ class ControllerForm:
         Raises:
             NoFormError: if the inverse of T was not found.
         """
-        ends = self.map.to_new(self.beta)
+        ends = self._in_z(self.beta)
         fields = sp.zeros(sum(self.indices), len(self.indices))
         last = -1
         for i, length in enumerate(self.indices):
             last += length
             fields[last, :] = ends[i, :]
         return sp.ImmutableDenseMatrix(fields)
+
+    def _in_z(self, expressions: sp.ImmutableDenseMatrix) -> sp.ImmutableDenseMatrix:
+        inverse_map = self.map.inverse
+        if inverse_map is not None and all(e.is_Symbol for e in inverse_map):
+            # The states are only renamed: what is tidy stays so.
+            return expressions.xreplace(dict(zip(self.map.old, inverse_map, strict=True)))
+        return self.map.to_new(expressions)
 
     def control(self, new_inputs: Sequence[sp.Expr] | None = None) -> sp.ImmutableDenseMatrix:
         """(m, 1) u = β⁻¹ (v − α), in x: with it every chain is z_r' = v_i.
@@ -188,8 +196,6 @@ def substituted_back(form: ControllerForm) -> Verdict:
 
     Independent of how the form was made: it uses only T, the law and the plant.
     """
-    from ulna.symbolic.zero import are_zero
-
     view, law = form.view, form.control()
     rates = form.map.jacobian * (view.f + view.g * law)
     wanted: list[sp.Expr] = []

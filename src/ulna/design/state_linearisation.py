@@ -133,9 +133,7 @@ def _coordinates(found: Accessibility) -> tuple[sp.Expr, ...] | None:
     return tuple(functions)
 
 
-def _described(
-    found: Accessibility, verdict: Verdict, forward: tuple[sp.Expr, ...] | None
-) -> StateLinearisation:
+def _described(found: Accessibility, verdict: Verdict, forward: tuple[sp.Expr, ...] | None) -> StateLinearisation:
     if forward is None:
         return StateLinearisation(verdict=verdict, map=None, A=None, B=None, offset=None)
     view, system = found.view, found.view.system

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
+from time import monotonic
 
 import sympy as sp
 
@@ -13,10 +14,16 @@ from ulna.base import Verdict
 from ulna.geometry.distribution import Distribution
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.smoothness import require_smooth
+from ulna.symbolic.budget import attempt
 from ulna.symbolic.rank import Rank, generic_rank, minor_determinant, rank_at
+from ulna.symbolic.simplify import normal_form
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.operating_point import operating_point
 from ulna.system.system import System
+
+_SECONDS = 1.0
+_SECONDS_PER_LEVEL = 0.5
+_SECONDS_PER_ENTRY = 0.15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,7 +38,7 @@ class Accessibility:
         ranks_at_point: the same at the operating point.
         point: the operating point, value by state symbol.
         singular: expression at whose zeros the rank can drop: a minor of greatest generic rank, the determinant for
-            one input; None without inputs.
+            one input; None without inputs or if it was not found in time.
     """
 
     view: ControlAffine
@@ -124,7 +131,7 @@ def accessibility(system: System) -> Accessibility:
     levels = [view.input_fields]
     ranks = [_generic(levels, n)]
     while len(levels) < n and ranks[-1].value < n:
-        levels.append(tuple(lie_bracket(view.f, field, view.x) for field in levels[-1]))
+        levels.append(_shortened(tuple(lie_bracket(view.f, field, view.x) for field in levels[-1])))
         ranks.append(_generic(levels, n))
         if ranks[-1].value == ranks[-2].value:
             break
@@ -135,8 +142,29 @@ def accessibility(system: System) -> Accessibility:
         ranks=tuple(ranks),
         ranks_at_point=tuple(locals_),
         point=point,
-        singular=minor_determinant(_matrix(levels, n), ranks[-1]) if ranks[-1].value else sp.Integer(0),
+        singular=_singular(levels, ranks[-1], n),
     )
+
+
+def _singular(levels: list[tuple[sp.ImmutableDenseMatrix, ...]], rank: Rank, n: int) -> sp.Expr | None:
+    if not rank.value:
+        return None
+    return attempt(_SECONDS, "minor", minor_determinant, _matrix(levels, n), rank, seconds=_SECONDS).value
+
+
+def _shortened(fields: tuple[sp.ImmutableDenseMatrix, ...]) -> tuple[sp.ImmutableDenseMatrix, ...]:
+    """Entries in lowest terms where that is quickly found and shorter: unreduced brackets grow tenfold a level."""
+    left = [_SECONDS_PER_LEVEL]
+
+    def short(entry: sp.Expr) -> sp.Expr:
+        if left[0] <= 0 or len(entry.args) < 2:
+            return entry
+        start = monotonic()
+        reduced = attempt(min(left[0], _SECONDS_PER_ENTRY), "lowest terms", normal_form, entry).value
+        left[0] -= monotonic() - start
+        return entry if reduced is None or reduced.count_ops() > entry.count_ops() else reduced
+
+    return tuple(field.applyfunc(short) for field in fields)
 
 
 def _generic(levels: list[tuple[sp.ImmutableDenseMatrix, ...]], n: int) -> Rank:

@@ -11,6 +11,7 @@ import sympy as sp
 from ulna.base import Verdict, all_of
 from ulna.geometry.lie import lie_derivative
 from ulna.geometry.smoothness import require_smooth
+from ulna.symbolic.budget import attempt
 from ulna.symbolic.rank import generic_rank, minor_determinant, rank_at
 from ulna.symbolic.simplify import tidy
 from ulna.symbolic.zero import SampledZero
@@ -125,8 +126,8 @@ def _differentiated(output: sp.Expr, view: ControlAffine) -> _Differentiated:
         verdicts = [_TEST(entry) for entry in row]
         derivative = lie_derivative(chain[-1], view.f, view.x)
         if any(v.fails for v in verdicts):
-            entries = tuple(sp.Integer(0) if v.holds else tidy(e, seconds=0.2) for e, v in zip(row, verdicts, strict=True))
-            return _Differentiated(degree=order, row=entries, chain=(*chain, derivative), free=tuple(free))
+            entries = [sp.Integer(0) if v.holds else tidy(e, seconds=0.2) for e, v in zip(row, verdicts, strict=True)]
+            return _Differentiated(degree=order, row=tuple(entries), chain=(*chain, derivative), free=tuple(free))
         free += verdicts
         if not derivative.free_symbols & set(view.x):
             break
@@ -155,7 +156,7 @@ def _independent_rows(
         if not rank.verdict.holds:
             return Verdict.undecided(claim, **rank.verdict.evidence), None
         return Verdict.refuted(claim, rank=rank.value, outputs=outputs, inputs=inputs, reason=reason), None
-    singular = minor_determinant(decoupling, rank)
+    singular = attempt(1.0, "minor", minor_determinant, decoupling, rank).value
     return Verdict.proved(claim, rank=rank.value, point=dict(rank.point), singular=singular), singular
 
 
