@@ -66,7 +66,7 @@ def _of_part(made: Generators, number: sp.Rational, key: sp.Expr, monomial: Elem
     times, unit = made.multiple(number, key)
     generator = made.number_of(monomial)
     if unit == 1 and generator in made.inverse_circular:
-        return _times(made, made.inverse_circular[generator], times)
+        return _times(made, made.inverse_circular[generator](), times)
     if key not in made.circular:
         c, s = ring.generator(sp.cos(key / unit)), ring.generator(sp.sin(key / unit))
         ring.relate(s, 2, ring.one - ring.variables[c] ** 2)
@@ -160,5 +160,5 @@ def _with_sine_cosine(
     element = made.call(meaning)
     number = made.number_of(element)
     if not known and number is not None and made.root_order % 2 == 0:
-        made.inverse_circular[number] = pair()
+        made.inverse_circular[number] = pair
     return element

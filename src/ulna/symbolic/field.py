@@ -111,7 +111,10 @@ class Field:
         P = A + g B is divisible by g if v divides A, since A = (A / v) g^p: this turns (1 - cos^2) / sin into sin.
         """
         for relation in self.relations:
-            while relation.power > 1 and any(polynomial.degrees()[relation.generator] for polynomial in polynomials):
+            # A constant value makes the generator a unit (a sign): dividing by it would never end.
+            if relation.power == 1 or relation.value.is_constant():
+                continue
+            while any(polynomial.degrees()[relation.generator] for polynomial in polynomials):
                 quotients = [self._divided_by_generator(polynomial, relation) for polynomial in polynomials]
                 done = [one for one in quotients if one is not None]
                 if len(done) < len(polynomials):

@@ -49,8 +49,8 @@ class Generators:
         """Generator of an exponential -> its exponent."""
         self.logarithm: dict[int, Element] = {}
         """Generator of a logarithm -> the positive element it is the logarithm of."""
-        self.inverse_circular: dict[int, tuple[Element, Element]] = {}
-        """Generator of asin, atan, atan2 -> its sine and cosine."""
+        self.inverse_circular: dict[int, Callable[[], tuple[Element, Element]]] = {}
+        """Generator of asin, atan, atan2 -> what gives its sine and cosine when they are needed."""
         self.positive: dict[PolynomialKey, Element | None] = {}
         """Irreducible polynomials known to be positive, with their root once it was made."""
         self.sign: dict[PolynomialKey, int] = {}

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import sympy as sp
@@ -11,11 +12,11 @@ import sympy as sp
 from ulna.base import Status, Verdict, all_of
 from ulna.symbolic.ball import leaves_of, tape
 from ulna.symbolic.budget import attempt
-from ulna.symbolic.isolate import Base, Isolated, linear_in, peeled, solved_branches
+from ulna.symbolic.isolate import Base, Isolated, linear_in, number_at, peeled, solved_branches
 from ulna.symbolic.linear import solve_linear
 from ulna.symbolic.rank import generic_rank
 from ulna.symbolic.sample import SEED, random_points
-from ulna.symbolic.simplify import tidy
+from ulna.symbolic.simplify import shortened, tidy
 from ulna.symbolic.zero import SampledZero, are_zero
 
 _RADIUS = sp.Rational(1, 200)
@@ -146,9 +147,10 @@ def _eliminated(state: _State, task: _Task) -> Iterator[_State]:
     if jointly is not None:
         yield jointly
         return
+    state = _with_fewer_unknowns(state, task)
     for unknown, place, isolated in islice(_moves(state, task), _WIDTH):
         rest = [one for k, one in enumerate(state.equations) if k != place]
-        substituted = tuple(_shortened(one.xreplace({unknown: isolated.expression})) for one in rest)
+        substituted = tuple(shortened(one.xreplace({unknown: isolated.expression})) for one in rest)
         yield from _eliminated(
             _State(
                 equations=substituted,
@@ -159,6 +161,53 @@ def _eliminated(state: _State, task: _Task) -> Iterator[_State]:
             ),
             task,
         )
+
+
+def _with_fewer_unknowns(state: _State, task: _Task) -> _State:
+    """The state with equations replaced by a ratio or sum of squares of two that has fewer unknowns.
+
+    This finds the angles and radii of polar and spherical coordinates: r cos(a) = v and r sin(a) = w give
+    tan(a) = w / v.
+    """
+    equations = list(state.equations)
+    if any(linear_in(one, x) for one in equations for x in state.unknowns if len(_unknowns(state, one)) == 1):
+        return state
+    for combine in (_ratio, _sum_of_squares):
+        for place, one in enumerate(equations):
+            for other in state.equations:
+                if one == other or len(_unknowns(state, one)) < 2 or _unknowns(state, one) != _unknowns(state, other):
+                    continue
+                derived = _fewer(state, one, other, combine, task.base)
+                if derived is not None:
+                    equations[place] = derived
+                    return replace(state, equations=tuple(equations))
+    return state
+
+
+def _fewer(
+    state: _State, one: sp.Expr, other: sp.Expr, combine: Callable[[sp.Expr, sp.Expr], sp.Expr], base: Base
+) -> sp.Expr | None:
+    right, left = one.as_independent(*state.unknowns, as_Add=True)
+    right_other, left_other = other.as_independent(*state.unknowns, as_Add=True)
+    if right == 0 or right_other == 0:
+        return None
+    short = shortened(combine(left, left_other))
+    if not short.has(*state.unknowns) or len(_unknowns(state, short)) >= len(_unknowns(state, one)):
+        return None
+    derived = short - combine(-right, -right_other)
+    return derived if math.isfinite(number_at(derived, base)) else None
+
+
+def _ratio(one: sp.Expr, other: sp.Expr) -> sp.Expr:
+    return one / other
+
+
+def _sum_of_squares(one: sp.Expr, other: sp.Expr) -> sp.Expr:
+    return one**2 + other**2
+
+
+def _unknowns(state: _State, expression: sp.Expr) -> frozenset[sp.Symbol]:
+    return frozenset(x for x in state.unknowns if expression.has(x))
 
 
 def _all_linear(state: _State) -> _State | None:
@@ -212,11 +261,7 @@ def _moves(state: _State, task: _Task) -> Iterator[tuple[sp.Symbol, int, Isolate
 
 
 def _others(state: _State, place: int, unknown: sp.Symbol) -> int:
-    return sum(1 for x in state.unknowns if x != unknown and state.equations[place].has(x))
-
-
-def _shortened(expression: sp.Expr) -> sp.Expr:
-    return tidy(expression, seconds=0.2)
+    return len(_unknowns(state, state.equations[place]) - {unknown})
 
 
 def _back_substituted(state: _State) -> dict[sp.Symbol, sp.Expr]:
@@ -227,8 +272,8 @@ def _back_substituted(state: _State) -> dict[sp.Symbol, sp.Expr]:
 
 
 def _conditions(state: _State, solution: dict[sp.Symbol, sp.Expr]) -> tuple[tuple[sp.Expr, ...], tuple[sp.Expr, ...]]:
-    nonzero = [tidy(one.xreplace(solution), seconds=0.1) for one in state.nonzero]
-    positive = [tidy(one.xreplace(solution), seconds=0.1) for one in state.positive]
+    nonzero = [shortened(one.xreplace(solution)) for one in state.nonzero]
+    positive = [shortened(one.xreplace(solution)) for one in state.positive]
     return (
         tuple(dict.fromkeys(one for one in nonzero if not one.is_nonzero)),
         tuple(dict.fromkeys(one for one in positive if not one.is_positive)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -18,6 +19,9 @@ Base = Mapping[sp.Basic, sp.Expr]
 """A value for every symbol in play: the point through which the branch goes."""
 
 _CLOSE = arb(10) ** -25
+
+_EDGE = 1e-9
+"""Half turns from the end of a branch within which the base point counts as singular."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +93,8 @@ def _one_layer(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, base: Base) ->
             return left.exp, Isolated(expression=sp.log(right) / sp.log(left.base), positive=(right, left.base))
         solved = _root(left.base, left.exp, right, base)
         return None if solved is None else (left.base, solved)
+    if isinstance(left, sp.atan2):
+        return _one_of_two(left, right, unknown)
     if len(left.args) != 1:
         return (left.exp, Isolated(expression=sp.log(right), positive=(right,))) if left.func is sp.Pow else None
     rule = _LAYERS.get(type(left))
@@ -97,6 +103,16 @@ def _one_layer(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, base: Base) ->
     inner = left.args[0]
     solved = rule(right, number_at(inner, base))
     return None if solved is None else (inner, solved)
+
+
+def _one_of_two(left: sp.atan2, right: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, Isolated] | None:
+    """The solution of atan2(y, x) = right for y or for x: y = x tan(right)."""
+    y, x = left.args
+    if y.has(unknown) and x.has(unknown):
+        return None
+    if y.has(unknown):
+        return y, Isolated(expression=x * sp.tan(right), nonzero=(x,))
+    return x, Isolated(expression=y / sp.tan(right), nonzero=(y,))
 
 
 def number_at(expression: sp.Expr, base: Base) -> float:
@@ -124,8 +140,16 @@ def _root(inner: sp.Expr, exponent: sp.Expr, right: sp.Expr, base: Base) -> Isol
     return None
 
 
+def _half_turns(value: float, offset: float) -> int | None:
+    """k with value in the open interval ((k - offset) pi, (k + 1 - offset) pi); None on or next to its ends."""
+    if math.isnan(value):
+        return None
+    turns = value / math.pi + offset
+    return None if abs(turns - round(turns)) < _EDGE else math.floor(turns)
+
+
 def _asin(right: sp.Expr, value: float) -> Isolated | None:
-    half = int(sp.floor(sp.Rational(value) / sp.pi + sp.Rational(1, 2))) if value == value else None  # noqa: PLR0124
+    half = _half_turns(value, 0.5)
     if half is None:
         return None
     angle = (-1) ** half * sp.asin(right) + half * sp.pi
@@ -133,22 +157,20 @@ def _asin(right: sp.Expr, value: float) -> Isolated | None:
 
 
 def _acos(right: sp.Expr, value: float) -> Isolated | None:
-    if value != value:  # noqa: PLR0124 - NaN differs from itself
+    half = _half_turns(value, 0.0)
+    if half is None:
         return None
-    half = int(sp.floor(sp.Rational(value) / sp.pi))
     angle = sp.acos(right) + half * sp.pi if half % 2 == 0 else (half + 1) * sp.pi - sp.acos(right)
     return Isolated(expression=angle, positive=(1 - right**2,))
 
 
 def _atan(right: sp.Expr, value: float) -> Isolated | None:
-    if value != value:  # noqa: PLR0124 - NaN differs from itself
-        return None
-    half = int(sp.floor(sp.Rational(value) / sp.pi + sp.Rational(1, 2)))
-    return Isolated(expression=sp.atan(right) + half * sp.pi)
+    half = _half_turns(value, 0.5)
+    return None if half is None else Isolated(expression=sp.atan(right) + half * sp.pi)
 
 
 def _signed(inverse: Callable[[sp.Expr], sp.Expr], bound: sp.Expr, value: float) -> Isolated | None:
-    if value == 0 or value != value:  # noqa: PLR0124 - NaN differs from itself
+    if value == 0 or math.isnan(value):
         return None
     return Isolated(expression=inverse(bound) if value > 0 else -inverse(bound))
 

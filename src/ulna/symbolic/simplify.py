@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import sympy as sp
+from sympy.functions.elementary.hyperbolic import HyperbolicFunction
+from sympy.functions.elementary.trigonometric import TrigonometricFunction
 
 from ulna.base import Status
 from ulna.symbolic.budget import attempt
@@ -18,37 +20,60 @@ _LARGE = 400
 def tidy(expression: sp.Expr, *, seconds: float = 0.5) -> sp.Expr:
     """The shortest form found within the time, or the expression itself.
 
-    Tried from cheap to dear: common factors, one fraction, cancelled fraction, factors, trigonometric identities,
-    SymPy's `simplify`; each on the shortest form so far. Every new form is compared with the input at random
-    points, because some of SymPy's rewritings hold on part of the domain only.
+    Tried from cheap to dear: zero, the exact normal form in factors, common factors, one fraction, expansion; where
+    several sines meet, trigonometric identities; where there are functions, SymPy's `simplify`. Every new form is
+    compared with the input at random points, because some of SymPy's rewritings hold on part of the domain only.
 
     Args:
         expression: any expression.
         seconds: s, for all rewritings together.
     """
-    best = sp.sympify(expression)
-    if best.is_Atom or seconds <= 0:
-        return best
-    found: list[sp.Expr] = [best]
+    return _shortest(expression, _collect_forms, seconds)
+
+
+def shortened(expression: sp.Expr, *, seconds: float = 0.2) -> sp.Expr:
+    """As `tidy`, by the cheap rewritings only: for results in the middle of a computation."""
+    return _shortest(expression, _collect_cheap_forms, seconds)
+
+
+def _shortest(expression: sp.Expr, collect: Callable[[sp.Expr, list[sp.Expr]], None], seconds: float) -> sp.Expr:
+    if expression.is_Atom or seconds <= 0:
+        return expression
+    found: list[sp.Expr] = [expression]
     # The candidates survive in `found` when the time is spent in the middle.
-    attempt(seconds, "tidy", _collect_forms, best, found)
-    shortest = min(found, key=_length)
-    if shortest is not best and _agree(best, shortest):
-        return shortest
-    return best
+    attempt(seconds, "tidy", collect, expression, found)
+    for form in sorted(found, key=_length):
+        if form == expression or _agree(expression, form):
+            return form
+    return expression
 
 
-def _collect_forms(expression: sp.Expr, found: list[sp.Expr]) -> None:
-    if SampledZero()(expression).status is Status.PROVED:
+def _collect_cheap_forms(expression: sp.Expr, found: list[sp.Expr]) -> None:
+    if SampledZero(points=2)(expression).status is Status.PROVED:
         found.append(sp.S.Zero)
         return
     exact = attempt(1.0, "normal form", normal_form, expression)
     # A sign function that was not there before reads worse than the root or modulus it came from.
     if exact.value is not None and not exact.value.has(sp.sign):
         found.append(exact.value)
-    cheap: list[Callable[[sp.Expr], sp.Expr]] = [sp.factor_terms, sp.together, sp.expand]
-    dear: list[Callable[[sp.Expr], sp.Expr]] = [sp.cancel, sp.trigsimp, sp.simplify]
-    for rewrite in cheap + (dear if sp.count_ops(expression) <= _LARGE else []):
+        found.append(sp.factor_terms(exact.value))
+    found.append(sp.factor_terms(expression))
+    if sp.count_ops(expression) <= _LARGE:
+        found.append(sp.expand(expression))
+
+
+def _collect_forms(expression: sp.Expr, found: list[sp.Expr]) -> None:
+    _collect_cheap_forms(expression, found)
+    if sp.count_ops(expression) > _LARGE:
+        return
+    rewritings: list[Callable[[sp.Expr], sp.Expr]] = [sp.together]
+    circular = sum(expression.count(kind) for kind in (sp.sin, sp.cos, sp.tan))
+    powers = any(power.base.has(TrigonometricFunction) for power in expression.atoms(sp.Pow))
+    if circular > 1 or powers:
+        rewritings.append(sp.trigsimp)
+    if (circular > 1 or powers or expression.has(sp.exp, sp.log, HyperbolicFunction)) and min(found, key=_length).args:
+        rewritings.append(sp.simplify)
+    for rewrite in rewritings:
         best = min(found, key=_length)
         if _length(best)[0] <= 2:
             return
