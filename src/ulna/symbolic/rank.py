@@ -121,7 +121,7 @@ def minor_determinant(matrix: sp.MatrixBase, rank: Rank, *, seconds: float = 1.0
 
     In irreducible factors over sines, exponentials, ... if the time suffices, else SymPy's determinant as it comes.
     """
-    minor = matrix.extract(list(rank.rows), list(rank.columns))
+    minor = matrix.extract(sorted(rank.rows), list(rank.columns))
     exact = attempt(seconds, "minor", _exact_determinant, minor)
     return exact.value if exact.value is not None else minor.det(method="berkowitz")
 
