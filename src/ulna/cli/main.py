@@ -7,13 +7,25 @@ from typing import Annotated
 import typer
 
 from ulna import __version__
+from ulna.cli.analyse import analyse
+from ulna.cli.design import design
+from ulna.cli.list_models import list_models
+from ulna.cli.reproduce import reproduce
+from ulna.cli.session import UlnaGroup
+from ulna.cli.simulate import simulate
 
 app = typer.Typer(
     name="ulna",
+    cls=UlnaGroup,
     help="From a nonlinear plant written as equations to a proven output-feedback controller.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
+app.command("models")(list_models)
+app.command()(analyse)
+app.command()(design)
+app.command()(simulate)
+app.command()(reproduce)
 
 
 def _show_version(wanted: bool) -> None:

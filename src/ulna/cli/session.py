@@ -1,4 +1,4 @@
-"""What every command shares: errors as one line and exit status 2, plants by file or name, numbers from text, output."""
+"""What every command shares: errors as one line and exit status 2, plants by file or name, numbers, output."""
 
 from __future__ import annotations
 
