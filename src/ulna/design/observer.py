@@ -133,8 +133,16 @@ def estimate_symbols(plant: System) -> tuple[sp.Symbol, ...]:
     return tuple(sp.Symbol(f"{s.name}_hat", real=True) for s in plant.states)
 
 
-def estimator_system(view: ControlAffine, rates: Sequence[sp.Expr], kind: str) -> System:
+def estimator_system(
+    view: ControlAffine, rates: Sequence[sp.Expr], kind: str, *, further: Mapping[Signal, sp.Expr] | None = None
+) -> System:
     """A `System` with states and outputs `<state>_hat` and inputs the plant's inputs and outputs.
+
+    Args:
+        view: the plant.
+        rates: (n,) derivatives of the estimates.
+        kind: what it is, for names and errors.
+        further: states beyond the estimates, with their derivatives.
 
     Raises:
         DesignError: if the plant's names leave no room for those of the estimator.
@@ -144,7 +152,8 @@ def estimator_system(view: ControlAffine, rates: Sequence[sp.Expr], kind: str) -
     measured = tuple(
         replace(o, name=y.name) for o, y in zip(plant.outputs, output_symbols(view), strict=True)
     )
-    clash = {s.name for s in states} & {s.name for s in (*plant.inputs, *measured, *plant.parameters)}
+    more = dict(further or {})
+    clash = {s.name for s in (*states, *more)} & {s.name for s in (*plant.inputs, *measured, *plant.parameters)}
     if clash:
         raise DesignError(
             f"{kind} of '{plant.name}'", f"the plant uses the name {sorted(clash)[0]} already.", "Rename it there."
@@ -152,8 +161,8 @@ def estimator_system(view: ControlAffine, rates: Sequence[sp.Expr], kind: str) -
     return System(
         name=f"{kind} of {plant.name}",
         text=kind,
-        states=states,
-        rates=tuple(rates),
+        states=(*states, *more),
+        rates=(*rates, *more.values()),
         inputs=(*plant.inputs, *measured),
         outputs=states,
         readouts=tuple(s.symbol for s in states),

@@ -15,6 +15,7 @@ from sympy import Expr, ImmutableDenseMatrix, Symbol
 
 from ulna.base import Status, Verdict
 from ulna.geometry.lie import lie_derivative
+from ulna.geometry.smoothness import require_smooth
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.rank import Rank, generic_rank, minor_determinant, rank_at
 from ulna.system.affine import ControlAffine, control_affine
@@ -70,9 +71,10 @@ def observability(system: System) -> Observability:
     all lower levels and of the earlier outputs' at this level. A single output always gets its n rows.
 
     Raises:
-        NotAffineError: if the plant is not affine in its inputs.
+        UlnaError: for terms without derivatives (abs, sign, …); NotAffineError if the inputs do not enter linearly.
     """
     view = control_affine(system)
+    require_smooth([*view.f, *view.h], f"observability of '{system.name}'")
     point = operating_point(system).states
     chains = _chains(view)
     functions = tuple(h for chain in chains for h in chain)
@@ -127,9 +129,10 @@ def observation_space(system: System) -> ObservationSpace:
     """The observable functions with inputs included; stops when a level of Lie derivatives adds no dimension.
 
     Raises:
-        NotAffineError: if the plant is not affine in its inputs.
+        UlnaError: for terms without derivatives (abs, sign, …); NotAffineError if the inputs do not enter linearly.
     """
     view = control_affine(system)
+    require_smooth([*view.f, *view.g, *view.h], f"observability of '{system.name}'")
     kept: list[Expr] = []
     newest = list(view.h)
     while newest and len(kept) < len(view.x):
