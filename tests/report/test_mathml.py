@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 import sympy as sp
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ulna.base import FormulaError
@@ -98,12 +98,14 @@ EXPRESSIONS = st.recursive(
 )
 
 
+@settings(max_examples=30)
 @given(EXPRESSIONS)
 def test_whatever_sympy_prints_can_be_set(expression: sp.Expr) -> None:
     ET.fromstring(expression_mathml(expression, digits=6))  # noqa: S314 (our own text)
     ET.fromstring(expression_mathml(sp.Matrix([[expression, 1]])))  # noqa: S314
 
 
+@settings(max_examples=30)
 @given(EXPRESSIONS)
 def test_decimals_for_reading_stay_near_the_exact_value(expression: sp.Expr) -> None:
     point = {x: sp.Rational(3, 7), y: sp.Rational(-2, 5), theta: sp.Rational(5, 4)}

@@ -3,5 +3,17 @@
 from ulna.plot.curves import Curve, Panel, plot_curves, plot_panels
 from ulna.plot.poles import plot_poles
 from ulna.plot.save import FORMATS, save_figure, svg_text
+from ulna.plot.trajectory import plot_trajectories, plot_trajectory
 
-__all__ = ["FORMATS", "Curve", "Panel", "plot_curves", "plot_panels", "plot_poles", "save_figure", "svg_text"]
+__all__ = [
+    "FORMATS",
+    "Curve",
+    "Panel",
+    "plot_curves",
+    "plot_panels",
+    "plot_poles",
+    "plot_trajectories",
+    "plot_trajectory",
+    "save_figure",
+    "svg_text",
+]

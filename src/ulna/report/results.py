@@ -43,7 +43,8 @@ def plain(value: object, *, place: str = "results") -> Any:
     if value is None or isinstance(value, bool | int | str):
         return value
     if isinstance(value, sp.MatrixBase):
-        return [[formula(entry) for entry in row] for row in value.tolist()]
+        matrix: Any = value
+        return [[formula(entry) for entry in row] for row in matrix.tolist()]
     if isinstance(value, sp.Basic):
         return formula(value)
     if isinstance(value, np.generic | np.ndarray):
