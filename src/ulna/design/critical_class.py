@@ -11,7 +11,7 @@ import sympy as sp
 
 from ulna.design.center_manifold import CenterModes, ReducedOrder, center_modes, planar_field, reduced_orders
 from ulna.design.conserved import conservative_oscillators, damping_sign
-from ulna.design.planar_stability import center_reason, focal_value, nilpotent_type, reversible
+from ulna.design.planar_stability import center_reason, drifting_type, focal_value, nilpotent_type, reversible
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.level_set import graph_near
 from ulna.symbolic.root_location import RootLocation, eigenvalue_location
@@ -178,6 +178,10 @@ def _double_zero(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.Matrix) -> _Ans
         return _flat_origin(orders, modes)
     exact = len(x) == 2 and _in_modes(rates, x, modes)
     full = exact or field_
+    drift = drifting_type(exact, modes.coordinates, _PLANAR_ORDER) if exact else None
+    if drift is not None:
+        stability = StabilityClass.UNSTABLE if drift[0] == "unstable" else StabilityClass.MARGINAL
+        return stability, {"by": "a line at rest, and motion along it", **drift[1]}
     kind = nilpotent_type(full, modes.coordinates, _PLANAR_ORDER - 2)
     if kind is None:
         return StabilityClass.UNDECIDED, {"tried": "nilpotent linear part: the leading term was not found"}

@@ -124,6 +124,30 @@ def nilpotent_type(
     return ("unstable" if b.is_positive else "stable node"), evidence
 
 
+def drifting_type(
+    rates: Sequence[sp.Expr], coordinates: Sequence[sp.Symbol], order: int
+) -> tuple[str, dict[str, sp.Expr | int]] | None:
+    """The type of the origin of (x, y)' = (y, y ρ(x, y)), where the line y = 0 is at rest: "unstable" or "stable".
+
+    Off the line dy/dx = ρ. With ρ(x, 0) = b x^k + … and k even, b < 0 every motion comes to rest close by; else some
+    motion towards one side never slows down. None if the system is not of this kind.
+    """
+    x, y = coordinates
+    at_rest = {y: sp.Integer(0)}
+    if not _zero(rates[0] - y) or not _zero(rates[1].xreplace(at_rest)):
+        return None
+    spread = rates[1].diff(y).xreplace(at_rest)
+    if _zero(spread):
+        return "unstable", {"reason": "a velocity, once there, does not change sign"}
+    [series] = taylor_coefficients([spread], {x: [sp.Integer(0), sp.Integer(1)]}, order)
+    k = next((k for k, c in enumerate(series) if c != 0), None)
+    if k is None:
+        return None
+    stable = k % 2 == 0 and bool(series[k].is_negative)
+    known = stable or k % 2 == 1 or bool(series[k].is_positive)
+    return ("stable" if stable else "unstable", {"b": series[k], "k": k}) if known else None
+
+
 def _isocline(rate: sp.Expr, coordinates: Sequence[sp.Symbol], order: int) -> list[sp.Expr]:
     """Coefficients of y = φ(x) with rate(x, φ(x)) = 0, where ∂rate/∂y(0) = 1."""
     x, y = coordinates

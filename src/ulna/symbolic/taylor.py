@@ -111,7 +111,7 @@ def _circular(inner: Series) -> tuple[Series, Series]:
     return sine, cosine
 
 
-def _by_derivative(one: sp.Function, known: dict[sp.Basic, Series], order: int) -> Series:
+def _by_derivative(one: sp.Expr, known: dict[sp.Basic, Series], order: int) -> Series:
     """log, atan, asin: integrate outer'(inner) · inner'."""
     inner = _series(one.args[0], known, order)
     variable = sp.Dummy("w", real=True)
