@@ -15,12 +15,150 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from ulna.base import Status as Status
     from ulna.base import UlnaError as UlnaError
+    from ulna.base import UlnaWarning as UlnaWarning
     from ulna.base import Verdict as Verdict
+    from ulna.system import ControlAffine as ControlAffine
+    from ulna.system import Definition as Definition
+    from ulna.system import Linearisation as Linearisation
+    from ulna.system import OperatingPoint as OperatingPoint
+    from ulna.system import Parameter as Parameter
+    from ulna.system import Signal as Signal
+    from ulna.system import System as System
+    from ulna.system import connect as connect
+    from ulna.system import control_affine as control_affine
+    from ulna.system import equilibria as equilibria
+    from ulna.system import linearise as linearise
+    from ulna.system import operating_point as operating_point
+    from ulna.system import read_system as read_system
+    from ulna.system import rest_point as rest_point
+    from ulna.system import system_from_mapping as system_from_mapping
+    from ulna.system import write_system as write_system
+    from ulna.geometry import Diffeomorphism as Diffeomorphism
+    from ulna.geometry import Distribution as Distribution
+    from ulna.geometry import OneForm as OneForm
+    from ulna.geometry import accessibility as accessibility
+    from ulna.geometry import distribution as distribution
+    from ulna.geometry import first_integrals as first_integrals
+    from ulna.geometry import integrate as integrate
+    from ulna.geometry import involutive as involutive
+    from ulna.geometry import lie_bracket as lie_bracket
+    from ulna.geometry import lie_derivative as lie_derivative
+    from ulna.geometry import observability as observability
+    from ulna.geometry import one_form as one_form
+    from ulna.geometry import relative_degree as relative_degree
+    from ulna.models import Model as Model
+    from ulna.models import model as model
+    from ulna.models import models as models
+    from ulna.design import Analysis as Analysis
+    from ulna.design import ClosedLoop as ClosedLoop
+    from ulna.design import Compensator as Compensator
+    from ulna.design import ControllerForm as ControllerForm
+    from ulna.design import Law as Law
+    from ulna.design import LinearQuadratic as LinearQuadratic
+    from ulna.design import Observer as Observer
+    from ulna.design import ObserverForm as ObserverForm
+    from ulna.design import Poles as Poles
+    from ulna.design import Regulate as Regulate
+    from ulna.design import SetPoint as SetPoint
+    from ulna.design import Track as Track
+    from ulna.design import analyse as analyse
+    from ulna.design import close_loop as close_loop
+    from ulna.design import compensator as compensator
+    from ulna.design import controller_form as controller_form
+    from ulna.design import dynamic_extension as dynamic_extension
+    from ulna.design import exact_observer as exact_observer
+    from ulna.design import extended_kalman_filter as extended_kalman_filter
+    from ulna.design import high_gain_observer as high_gain_observer
+    from ulna.design import input_output_form as input_output_form
+    from ulna.design import normal_form as normal_form
+    from ulna.design import observer_form as observer_form
+    from ulna.design import state_feedback as state_feedback
+    from ulna.design import state_linearisation as state_linearisation
+    from ulna.design import transformed_observer_form as transformed_observer_form
+    from ulna.design import zero_dynamics as zero_dynamics
+    from ulna.sim import Metrics as Metrics
+    from ulna.sim import Outcome as Outcome
+    from ulna.sim import Trajectory as Trajectory
+    from ulna.sim import metrics as metrics
+    from ulna.sim import simulate as simulate
+    from ulna.plot import plot_poles as plot_poles
+    from ulna.plot import plot_trajectories as plot_trajectories
+    from ulna.plot import plot_trajectory as plot_trajectory
+    from ulna.plot import save_figure as save_figure
 
 _HOME = {
     "Status": "ulna.base",
     "UlnaError": "ulna.base",
+    "UlnaWarning": "ulna.base",
     "Verdict": "ulna.base",
+    "ControlAffine": "ulna.system",
+    "Definition": "ulna.system",
+    "Linearisation": "ulna.system",
+    "OperatingPoint": "ulna.system",
+    "Parameter": "ulna.system",
+    "Signal": "ulna.system",
+    "System": "ulna.system",
+    "connect": "ulna.system",
+    "control_affine": "ulna.system",
+    "equilibria": "ulna.system",
+    "linearise": "ulna.system",
+    "operating_point": "ulna.system",
+    "read_system": "ulna.system",
+    "rest_point": "ulna.system",
+    "system_from_mapping": "ulna.system",
+    "write_system": "ulna.system",
+    "Diffeomorphism": "ulna.geometry",
+    "Distribution": "ulna.geometry",
+    "OneForm": "ulna.geometry",
+    "accessibility": "ulna.geometry",
+    "distribution": "ulna.geometry",
+    "first_integrals": "ulna.geometry",
+    "integrate": "ulna.geometry",
+    "involutive": "ulna.geometry",
+    "lie_bracket": "ulna.geometry",
+    "lie_derivative": "ulna.geometry",
+    "observability": "ulna.geometry",
+    "one_form": "ulna.geometry",
+    "relative_degree": "ulna.geometry",
+    "Model": "ulna.models",
+    "model": "ulna.models",
+    "models": "ulna.models",
+    "Analysis": "ulna.design",
+    "ClosedLoop": "ulna.design",
+    "Compensator": "ulna.design",
+    "ControllerForm": "ulna.design",
+    "Law": "ulna.design",
+    "LinearQuadratic": "ulna.design",
+    "Observer": "ulna.design",
+    "ObserverForm": "ulna.design",
+    "Poles": "ulna.design",
+    "Regulate": "ulna.design",
+    "SetPoint": "ulna.design",
+    "Track": "ulna.design",
+    "analyse": "ulna.design",
+    "close_loop": "ulna.design",
+    "compensator": "ulna.design",
+    "controller_form": "ulna.design",
+    "dynamic_extension": "ulna.design",
+    "exact_observer": "ulna.design",
+    "extended_kalman_filter": "ulna.design",
+    "high_gain_observer": "ulna.design",
+    "input_output_form": "ulna.design",
+    "normal_form": "ulna.design",
+    "observer_form": "ulna.design",
+    "state_feedback": "ulna.design",
+    "state_linearisation": "ulna.design",
+    "transformed_observer_form": "ulna.design",
+    "zero_dynamics": "ulna.design",
+    "Metrics": "ulna.sim",
+    "Outcome": "ulna.sim",
+    "Trajectory": "ulna.sim",
+    "metrics": "ulna.sim",
+    "simulate": "ulna.sim",
+    "plot_poles": "ulna.plot",
+    "plot_trajectories": "ulna.plot",
+    "plot_trajectory": "ulna.plot",
+    "save_figure": "ulna.plot",
 }
 
 __all__ = ["__version__", *_HOME]  # noqa: PLE0604 (the names are strings)  # pyright: ignore[reportUnsupportedDunderAll]

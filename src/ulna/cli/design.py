@@ -152,13 +152,13 @@ def _print_section(title: str, rows: dict[str, Any]) -> None:
 
 
 def _plot_poles(made: Design, path: Path) -> None:
-    from ulna.design.poles import chain_poles
+    from ulna.design.gains import roots_of
     from ulna.plot.poles import plot_poles
     from ulna.plot.save import save_figure
 
     groups = {}
     if made.law is not None:
-        groups["controller"] = chain_poles(made.law)
+        groups["controller"] = roots_of(made.law.polynomials)
     if made.observer is not None:
-        groups["observer"] = chain_poles(made.observer)
+        groups["observer"] = roots_of(made.observer.polynomials)
     save_figure(plot_poles(groups, title=f"poles of the design for {made.plant.name}"), path)

@@ -122,6 +122,15 @@ class LinearQuadratic(AbstractGainRule):
         return tuple(exact(float(f"{gain:.12g}")) for gain in gains)
 
 
+def roots_of(polynomials: Sequence[Sequence[sp.Expr]]) -> tuple[complex, ...]:
+    """The poles, in 1/s, of monic polynomials given by their coefficients a₀ … a_{r−1} (parameters need values)."""
+    poles: list[complex] = []
+    for coefficients in polynomials:
+        exact_polynomial = sp.Poly([sp.Integer(1), *reversed(coefficients)], sp.Dummy("s"))
+        poles += [complex(root) for root in exact_polynomial.nroots(n=30, maxsteps=200)]
+    return tuple(poles)
+
+
 def _polynomial(poles: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
     coefficients: list[sp.Expr] = [sp.Integer(1)]  # high power first
     for pole in poles:

@@ -63,6 +63,7 @@ class Law:
     Attributes:
         form: the form it was designed in.
         gains: (m, sum of chain lengths) K, exact, zero outside each chain's own coordinates.
+        polynomials: for each chain the coefficients a₀ … of its characteristic polynomial, the integrator's included.
         integral_gains: (m,) gain on ∫(z₁ − z_ref) of each chain, or empty.
         expressions: (m, 1) the law in x (and references, integrator states).
         system: the law as a system: inputs the plant's states and the references, outputs the plant's inputs;
@@ -71,6 +72,7 @@ class Law:
 
     form: LinearisingForm
     gains: sp.ImmutableDenseMatrix
+    polynomials: tuple[tuple[sp.Expr, ...], ...]
     integral_gains: tuple[sp.Expr, ...]
     expressions: sp.ImmutableDenseMatrix
     system: System
@@ -116,6 +118,7 @@ def state_feedback(
     return Law(
         form=form,
         gains=_gain_matrix(form.indices, [p[extra:] for p in polynomials]),
+        polynomials=polynomials,
         integral_gains=tuple(p[0] for p in polynomials) if integral else (),
         expressions=expressions,
         system=System(
