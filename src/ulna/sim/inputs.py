@@ -1,0 +1,128 @@
+"""What drives an input during a simulation: a constant, a formula of time, or samples held or joined by lines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from ulna.base import SimulationError
+from ulna.symbolic.kernel import kernel
+from ulna.symbolic.lowering.numpy import to_numpy
+
+TIME = sp.Symbol("t", real=True)
+"""The time in formulas, in seconds."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Constant:
+    """u(t) = value, in SI."""
+
+    value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Formula:
+    """u(t) as an exact expression in `TIME` and the system's parameters, in SI."""
+
+    expression: sp.Expr
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Held:
+    """u(t) = values[k] for times[k] ≤ t < times[k+1], and the last value from the last time on.
+
+    Args:
+        times: (N,) increasing, in s. values: (N,) in SI.
+
+    Raises:
+        SimulationError: lengths that differ, times that do not increase, or a value that is not finite.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        _freeze_samples(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Interpolated:
+    """u(t) by straight lines between (times[k], values[k]); defined from the first time to the last.
+
+    Args:
+        times: (N,) increasing, in s. values: (N,) in SI.
+
+    Raises:
+        SimulationError: lengths that differ, times that do not increase, or a value that is not finite.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        _freeze_samples(self)
+
+    @classmethod
+    def of(cls, function: Callable[[float], float], times: Sequence[float] | np.ndarray) -> Interpolated:
+        """Straight lines through a Python function of time, taken at the given times."""
+        return cls(times=np.asarray(times, dtype=float), values=np.array([float(function(float(t))) for t in times]))
+
+
+Input = Constant | Formula | Held | Interpolated
+
+
+def as_input(name: str, given: Any) -> Input:
+    """The input that a number, a formula or an input object stands for.
+
+    Raises:
+        SimulationError: for anything else, and for a constant that is not finite.
+    """
+    if isinstance(given, Formula | Held | Interpolated):
+        return given
+    if isinstance(given, sp.Expr) and not given.is_number:
+        return Formula(expression=given)
+    value = given.value if isinstance(given, Constant) else given
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        hint = "Give a number, a formula in ulna.sim.TIME, Held(...) or Interpolated(...)."
+        if callable(given):
+            hint = "Sample the function: Interpolated.of(function, times)."
+        raise SimulationError(f"input '{name}'", f"a {type(given).__name__} cannot drive it.", hint) from None
+    if not np.isfinite(number):
+        raise SimulationError(f"input '{name}'", f"its value is {number}.", "Give a finite number.")
+    return Constant(value=number)
+
+
+def input_values(given: Input, times: np.ndarray, parameters: Mapping[str, float]) -> np.ndarray:
+    """(N,) values of an input at the given times, in SI; at a jump of held samples the later value."""
+    match given:
+        case Constant(value=value):
+            return np.full(len(times), value)
+        case Held(times=at, values=values):
+            return values[np.maximum(np.searchsorted(at, times, side="right") - 1, 0)]
+        case Interpolated(times=at, values=values):
+            return np.interp(times, at, values)
+        case Formula(expression=expression):
+            symbols = [sp.Symbol(name, real=True) for name in parameters]
+            lowered = kernel("input", [TIME, *symbols], {"u": expression})
+            return to_numpy(lowered)(times, *parameters.values())[0]
+
+
+def _freeze_samples(samples: Held | Interpolated) -> None:
+    times = np.array(samples.times, dtype=float)
+    values = np.array(samples.values, dtype=float)
+    asked = f"{type(samples).__name__} input"
+    if times.ndim != 1 or times.shape != values.shape or not len(times):
+        raise SimulationError(asked, f"times have shape {times.shape} and values {values.shape}.", "Give one of each.")
+    if not (np.isfinite(times).all() and np.isfinite(values).all()):
+        raise SimulationError(asked, "a time or a value is not a finite number.")
+    if not (np.diff(times) > 0).all():
+        raise SimulationError(asked, "its times do not increase.", "Sort them and drop repeated ones.")
+    for name, array in (("times", times), ("values", values)):
+        array.flags.writeable = False
+        object.__setattr__(samples, name, array)

@@ -1,0 +1,136 @@
+"""`metrics`: what a control engineer reads off a run: how fast, how far over, how exact, at what effort."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from ulna.base import SimulationError
+from ulna.sim.trajectory import Trajectory
+
+BAND = 0.02
+"""Half-width of the settling band as a fraction of the way from start to target."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutputMetrics:
+    """How one output went from its first value to its target. NaN: does not apply (it started on the target).
+
+    Attributes:
+        rise_time: s from 10 % to 90 % of the way, first crossings; infinite if 90 % is never reached.
+        overshoot: farthest beyond the target as a fraction of the way; 0 if it never passes the target.
+        settling_time: s from the start until it stays within 2 % of the way around the target; infinite if it does
+            not by the end.
+        steady_error: last value − target, in SI.
+        peak_error: largest |value − target|, in SI.
+    """
+
+    rise_time: float
+    overshoot: float
+    settling_time: float
+    steady_error: float
+    peak_error: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InputMetrics:
+    """The effort on one input, in SI. peak: largest |u|; rms: √(mean of u² over time)."""
+
+    peak: float
+    rms: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Metrics:
+    """Figures of a run for each output and each input, by name."""
+
+    outputs: Mapping[str, OutputMetrics]
+    inputs: Mapping[str, InputMetrics]
+
+
+def metrics(
+    trajectory: Trajectory, *, targets: Mapping[str, float] | None = None, effort: tuple[str, ...] = ()
+) -> Metrics:
+    """Rise, overshoot, 2 % settling, steady and peak error of each output; peak and RMS of each input.
+
+    Between samples values are joined by straight lines: ask `simulate` for enough times (some 50 a rise time give
+    three digits).
+
+    Args:
+        trajectory: the run.
+        targets: by output name where it should end, in SI; 0 where left out.
+        effort: further signals to report as inputs: a closed loop has its plant's input among its outputs.
+
+    Raises:
+        SimulationError: an unknown name.
+    """
+    system = trajectory.system
+    wanted = dict(targets or {})
+    names = [signal.name for signal in system.outputs]
+    unknown = [name for name in wanted if name not in names]
+    if unknown:
+        raise SimulationError(
+            f"metrics of '{system.name}'",
+            f"targets for {', '.join(unknown)}, which are no outputs.",
+            f"Its outputs: {', '.join(names) or 'none'}.",
+        )
+    outputs = {
+        name: output_metrics(trajectory.times, trajectory.outputs[:, column], wanted.get(name, 0.0))
+        for column, name in enumerate(names)
+        if name not in effort
+    }
+    driven = [signal.name for signal in system.inputs] + list(effort)
+    inputs = {name: input_metrics(trajectory.times, trajectory[name]) for name in driven}
+    return Metrics(outputs=MappingProxyType(outputs), inputs=MappingProxyType(inputs))
+
+
+def output_metrics(times: np.ndarray, values: np.ndarray, target: float) -> OutputMetrics:
+    """The figures of one output. times: (N,) in s; values: (N,) and target in SI."""
+    way = target - float(values[0])
+    errors = values - target
+    common = {"steady_error": float(errors[-1]), "peak_error": float(np.abs(errors).max())}
+    if way == 0.0:
+        return OutputMetrics(rise_time=math.nan, overshoot=math.nan, settling_time=math.nan, **common)
+    progress = (values - values[0]) / way
+    begun, done = _first_reach(times, progress, 0.1), _first_reach(times, progress, 0.9)
+    return OutputMetrics(
+        rise_time=done - begun if math.isfinite(done) else math.inf,
+        overshoot=max(0.0, float(progress.max()) - 1.0),
+        settling_time=_settled(times, np.abs(progress - 1.0)),
+        **common,
+    )
+
+
+def input_metrics(times: np.ndarray, values: np.ndarray) -> InputMetrics:
+    """The effort on one input. times: (N,) in s; values: (N,) in SI."""
+    mean_square = float(np.trapezoid(np.square(values), times)) / float(times[-1] - times[0])
+    return InputMetrics(peak=float(np.abs(values).max()), rms=math.sqrt(mean_square))
+
+
+def _first_reach(times: np.ndarray, progress: np.ndarray, level: float) -> float:
+    reached = np.flatnonzero(progress >= level)
+    if not len(reached):
+        return math.inf
+    after = int(reached[0])
+    return float(times[0]) if after == 0 else _crossing(times, progress, after - 1, level)
+
+
+def _settled(times: np.ndarray, distance: np.ndarray) -> float:
+    """Time from the start after which the distance stays within the band."""
+    outside = np.flatnonzero(~(distance <= BAND))
+    if not len(outside):
+        return 0.0
+    last = int(outside[-1])
+    if last == len(times) - 1:
+        return math.inf
+    return _crossing(times, distance, last, BAND) - float(times[0])
+
+
+def _crossing(times: np.ndarray, values: np.ndarray, before: int, level: float) -> float:
+    """Where the line from sample `before` to the next one meets the level."""
+    low, high = float(values[before]), float(values[before + 1])
+    return float(times[before]) + (level - low) / (high - low) * float(times[before + 1] - times[before])

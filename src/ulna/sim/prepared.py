@@ -1,0 +1,225 @@
+"""A system made ready for integration: kernel, what is constant, compiled flow; remembered between calls."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from threading import RLock
+
+import numpy as np
+import sympy as sp
+
+from ulna.base import SimulationError
+from ulna.sim.cache import IdentityCache
+from ulna.sim.continuous import Continuous
+from ulna.sim.flow import Flow
+from ulna.sim.guards import Layout
+from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
+from ulna.symbolic.hoist import hoist
+from ulna.symbolic.instructions_from_sympy import rounded
+from ulna.symbolic.kernel import Kernel, kernel
+from ulna.symbolic.lowering.python_source import to_python
+from ulna.symbolic.modes import with_modes
+from ulna.system import System
+
+FLOWS_KEPT = 64
+"""Compiled integrators kept in a process."""
+
+
+class Drive(Enum):
+    """How an input enters the compiled loop."""
+
+    CONSTANT = "keeps its value on a stretch"
+    RAMP = "a + b t on a stretch"
+
+
+Shape = tuple[Drive | sp.Expr, ...]
+"""For each input of a system how it enters; a formula of time is compiled in."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prepared:
+    """A system with a compiled flow.
+
+    Attributes:
+        flow: the integrator. before: (parameters, constant inputs) → the constants that the flow needs.
+        values: default SI value of each parameter, None where it has none.
+        ready: the flow's constants for the default parameters when no input varies between runs, else None.
+    """
+
+    system: System
+    flow: Flow
+    before: Callable[..., tuple[float, ...]]
+    before_inputs: tuple[str, ...]
+    values: dict[str, float | None]
+    ready: list[float] | None
+    parameters: dict[str, float]
+
+
+def shape_of(inputs: Mapping[str, Input], system: System) -> Shape:
+    """How each input of the system enters the loop; an input that is not given is the constant 0."""
+    return tuple(_entry(inputs.get(signal.name)) for signal in system.inputs)
+
+
+def _entry(given: Input | None) -> Drive | sp.Expr:
+    if isinstance(given, Formula):
+        return given.expression
+    return Drive.RAMP if isinstance(given, Interpolated) else Drive.CONSTANT
+
+
+def prepared(system: System, shape: Shape, settings: Continuous) -> Prepared:
+    """The system made ready; remembered by the identity of the system, compiled flows by the equality of kernels."""
+    return _PREPARED.get(system, (shape, settings), lambda: _prepare(system, shape, settings))
+
+
+_PREPARED = IdentityCache(FLOWS_KEPT)
+_FLOWS: OrderedDict[tuple[Kernel, Layout, Continuous], Flow] = OrderedDict()
+_LOCK = RLock()
+
+
+def _prepare(system: System, shape: Shape, settings: Continuous) -> Prepared:
+    whole, fixed, ramps, clock = _rates(system, shape)
+    split = hoist(whole, fixed)
+    states = tuple(signal.name for signal in system.states)
+    layout = Layout(states=states, ramps=ramps, time=clock, constants=split.before.outputs)
+    before = to_python(split.before)
+    values = {p.name: None if (v := p.si_value) is None else rounded(v, system.name) for p in system.parameters}
+    known = {name: value for name, value in values.items() if value is not None}
+    ready = None
+    if not system.inputs and len(known) == len(values):
+        ready = constants(before, split.before.inputs, known, {}, system.name)
+    return Prepared(
+        system=system,
+        flow=_flow(split.main, layout, settings),
+        before=before,
+        before_inputs=split.before.inputs,
+        values=values,
+        ready=ready,
+        parameters=known,
+    )
+
+
+def _rates(system: System, shape: Shape) -> tuple[Kernel, tuple[str, ...], tuple[str, ...], str | None]:
+    """The kernel of the rates; the names of what is constant, of the ramps, and of the time if it occurs."""
+    formulas = {s.symbol: e for s, e in zip(system.inputs, shape, strict=True) if isinstance(e, sp.Expr)}
+    constant = [s.symbol for s, e in zip(system.inputs, shape, strict=True) if e is Drive.CONSTANT]
+    ramps = [s.symbol for s, e in zip(system.inputs, shape, strict=True) if e is Drive.RAMP]
+    rates = system.inline(system.rates)
+    clock = []
+    if formulas:
+        _check_formulas(system, formulas)
+        rates = tuple(rate.xreplace(formulas) for rate in rates)
+        clock = [TIME]
+    held = [*system.parameter_symbols, *constant]
+    names = {f"{signal.name}'": rate for signal, rate in zip(system.states, rates, strict=True)}
+    whole = kernel(system.name, [*system.state_symbols, *ramps, *clock, *held], names, held=held)
+    return whole, tuple(s.name for s in held), tuple(s.name for s in ramps), TIME.name if clock else None
+
+
+def _check_formulas(system: System, formulas: Mapping[sp.Symbol, sp.Expr]) -> None:
+    taken = {*system.state_symbols, *system.input_symbols, *system.parameter_symbols}
+    if TIME in taken:
+        raise SimulationError(
+            f"a formula of time for '{system.name}'", f"the system calls something else '{TIME}'.", "Rename it."
+        )
+    allowed = {TIME, *system.parameter_symbols}
+    for symbol, expression in formulas.items():
+        unknown = sorted(str(each) for each in expression.free_symbols - allowed)
+        if unknown:
+            raise SimulationError(
+                f"input '{symbol}' of '{system.name}'",
+                f"its formula uses {', '.join(unknown)}.",
+                f"It may use the time t (ulna.sim.TIME) and parameters: {', '.join(map(str, allowed - {TIME}))}.",
+            )
+
+
+def _flow(main: Kernel, layout: Layout, settings: Continuous) -> Flow:
+    key = (main, layout, settings)
+    with _LOCK:
+        flow = _FLOWS.get(key)
+        if flow is None:
+            flow = Flow(with_modes(main), layout, settings)
+            _FLOWS[key] = flow
+        _FLOWS.move_to_end(key)
+        while len(_FLOWS) > FLOWS_KEPT:
+            _FLOWS.popitem(last=False)
+        return flow
+
+
+def parameter_values(ready: Prepared, given: Mapping[str, float] | None) -> dict[str, float]:
+    """The SI value of every parameter.
+
+    Raises:
+        SimulationError: a name that is no parameter, a value that is not finite, parameters left without a value.
+    """
+    values = dict(ready.values)
+    for name, value in (given or {}).items():
+        if name not in values:
+            known = ", ".join(values) or "none"
+            raise SimulationError(
+                f"parameter '{name}' of '{ready.system.name}'", "there is no such parameter.", f"Known: {known}."
+            )
+        number = float(value)
+        if not math.isfinite(number):
+            raise SimulationError(f"parameter '{name}' of '{ready.system.name}'", f"its value is {number}.")
+        values[name] = number
+    missing = [name for name, value in values.items() if value is None]
+    if missing:
+        raise SimulationError(
+            f"simulation of '{ready.system.name}'",
+            f"parameters without a value: {', '.join(missing)}.",
+            f"Give them: parameters={{'{missing[0]}': ...}}.",
+        )
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def constants(
+    before: Callable[..., tuple[float, ...]],
+    names: tuple[str, ...],
+    parameters: Mapping[str, float],
+    inputs: Mapping[str, float],
+    system: str,
+) -> list[float]:
+    """What the flow needs to know before a stretch.
+
+    Raises:
+        SimulationError: parameter values that make a constant infinite or NaN.
+    """
+    known = {**parameters, **inputs}
+    results = list(before(*(known[name] for name in names)))
+    if not all(map(math.isfinite, results)):
+        zeros = [name for name, value in parameters.items() if value == 0.0]
+        raise SimulationError(
+            f"simulation of '{system}'",
+            "its right-hand side is not finite for these parameters"
+            + (f" (zero: {', '.join(zeros)})." if zeros else "."),
+            "Change the parameters that stand in a denominator, a root or a logarithm.",
+        )
+    return results
+
+
+def stretch_values(
+    ready: Prepared, parameters: Mapping[str, float], inputs: Mapping[str, Input], start: float, end: float
+) -> list[float]:
+    """The flow's run-time values between two neighbouring breakpoints of the inputs: constants, (a, b) per ramp."""
+    middle = 0.5 * (start + end)
+    held: dict[str, float] = {}
+    pairs: list[float] = []
+    for signal in ready.system.inputs:
+        match inputs.get(signal.name):
+            case None:
+                held[signal.name] = 0.0
+            case Constant(value=value):
+                held[signal.name] = value
+            case Held(times=times, values=values):
+                held[signal.name] = float(values[np.searchsorted(times, middle, side="right") - 1])
+            case Interpolated(times=times, values=values):
+                k = int(np.searchsorted(times, middle, side="right")) - 1
+                slope = float((values[k + 1] - values[k]) / (times[k + 1] - times[k]))
+                pairs += [float(values[k]) - slope * float(times[k]), slope]
+            case Formula():
+                pass
+    return constants(ready.before, ready.before_inputs, parameters, held, ready.system.name) + pairs

@@ -1,0 +1,162 @@
+"""`Trajectory`: what a simulation answers with, under the system's names and units."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ulna.base import SimulationError
+from ulna.sim.cache import IdentityCache
+from ulna.sim.inputs import Input, input_values
+from ulna.sim.outcome import Outcome
+from ulna.symbolic.kernel import Kernel, kernel
+from ulna.symbolic.lowering.numpy import to_numpy
+from ulna.system import Signal, System
+
+_READOUTS = IdentityCache(64)
+
+
+# No slots: inputs, outputs and labelled forms are computed when first asked for and kept.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trajectory:
+    """States, inputs and outputs of a system along a run, in SI.
+
+    Attributes:
+        system: what was simulated.
+        parameters: the SI values used, by name.
+        drive: what drove each input; inputs left out were 0.
+        times: (N,) in s; where the run ended early, the last one is where it ended.
+        states: (N, n), one row for each time, one column for each state in the system's order.
+        outcome: how it ended.
+    """
+
+    system: System
+    parameters: Mapping[str, float]
+    drive: Mapping[str, Input]
+    times: np.ndarray
+    states: np.ndarray
+    outcome: Outcome
+
+    @cached_property
+    def inputs(self) -> np.ndarray:
+        """(N, m) inputs at the times, one column for each."""
+        rows = np.zeros((len(self.times), len(self.system.inputs)))
+        for column, signal in enumerate(self.system.inputs):
+            if signal.name in self.drive:
+                rows[:, column] = input_values(self.drive[signal.name], self.times, self.parameters)
+        return rows
+
+    @cached_property
+    def outputs(self) -> np.ndarray:
+        """(N, p) outputs at the times, one column for each."""
+        system = self.system
+        if not system.outputs:
+            return np.zeros((len(self.times), 0))
+        evaluate = _READOUTS.get(system, None, lambda: to_numpy(_readouts(system)))
+        columns = evaluate(*self.states.T, *self.inputs.T, *(self.parameters[p.name] for p in system.parameters))
+        return np.stack(columns, axis=1)
+
+    @property
+    def final_state(self) -> np.ndarray:
+        """(n,) state at the last time."""
+        return self.states[-1]
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """(N,) values of the state, output or input of this name."""
+        for signal, role, column in self._columns():
+            if signal.name == name:
+                return getattr(self, f"{role}s")[:, column]
+        raise SimulationError(
+            f"'{name}' of the trajectory of '{self.system.name}'",
+            "there is no such signal.",
+            f"Known: {', '.join(dict.fromkeys(s.name for s, _, _ in self._columns()))}.",
+        )
+
+    def to_xarray(self) -> Any:
+        """An `xarray.Dataset`: one variable for each signal over the coordinate `time`.
+
+        Units, role and description are attributes of each variable; system, outcome and parameters of the whole.
+        """
+        import xarray as xr
+
+        variables = {
+            label: ("time", values, {"units": signal.unit, "long_name": signal.text or signal.name, "role": role})
+            for label, signal, role, values in self._labelled()
+        }
+        attributes = {
+            "system": self.system.name,
+            "outcome": self.outcome.name.lower(),
+            "outcome_text": self.outcome.text,
+        }
+        attributes |= {f"parameter_{name}": value for name, value in self.parameters.items()}
+        return xr.Dataset(variables, coords={"time": ("time", self.times, {"units": "s"})}, attrs=attributes)
+
+    def to_pandas(self) -> Any:
+        """A `pandas.DataFrame`: one column for each signal, indexed by time in s; `attrs["units"]` by column."""
+        import pandas as pd
+
+        labelled = list(self._labelled())
+        frame = pd.DataFrame(
+            {label: values for label, _, _, values in labelled}, index=pd.Index(self.times, name="time")
+        )
+        frame.attrs["units"] = {label: signal.unit for label, signal, _, _ in labelled}
+        return frame
+
+    def to_netcdf(self, path: str | Path) -> Path:
+        """Write the labelled form as netCDF (version 3, readable everywhere); the file appears whole or not at all.
+
+        Raises:
+            SimulationError: a place that cannot be written.
+        """
+        target = Path(path)
+        part = target.with_name(f".{target.name}.{os.getpid()}.part")
+        try:
+            self.to_xarray().to_netcdf(part, engine="scipy")
+            part.replace(target)
+        except OSError as error:
+            raise _unwritable(target, error) from error
+        finally:
+            part.unlink(missing_ok=True)
+        return target
+
+    def _columns(self) -> list[tuple[Signal, str, int]]:
+        parts = (("state", self.system.states), ("output", self.system.outputs), ("input", self.system.inputs))
+        return [(signal, role, column) for role, signals in parts for column, signal in enumerate(signals)]
+
+    def _labelled(self) -> list[tuple[str, Signal, str, np.ndarray]]:
+        """(label, signal, role, values); an output that is a state under the state's name appears once."""
+        arrays = {"state": self.states, "output": self.outputs, "input": self.inputs}
+        found: dict[str, tuple[str, Signal, str, np.ndarray]] = {}
+        for signal, role, column in self._columns():
+            values = arrays[role][:, column]
+            label = signal.name
+            if label in found:
+                if np.array_equal(found[label][3], values, equal_nan=True):
+                    continue
+                label = f"{role}_{label}"
+            found[label] = (label, signal, role, values)
+        return list(found.values())
+
+    def __repr__(self) -> str:
+        return (
+            f"Trajectory of '{self.system.name}': {len(self.times)} times from {self.times[0]:g} s to "
+            f"{self.times[-1]:g} s, {self.outcome.text}"
+        )
+
+
+def _readouts(system: System) -> Kernel:
+    names = {
+        signal.name: readout for signal, readout in zip(system.outputs, system.inline(system.readouts), strict=True)
+    }
+    symbols = [*system.state_symbols, *system.input_symbols, *system.parameter_symbols]
+    return kernel(f"outputs of {system.name}", symbols, names)
+
+
+def _unwritable(path: Path, error: OSError) -> SimulationError:
+    return SimulationError(f"writing '{path}'", f"{error.strerror or error}.", "Choose a folder that can be written.")
