@@ -17,38 +17,6 @@ if TYPE_CHECKING:
     from ulna.base import UlnaError as UlnaError
     from ulna.base import UlnaWarning as UlnaWarning
     from ulna.base import Verdict as Verdict
-    from ulna.system import ControlAffine as ControlAffine
-    from ulna.system import Definition as Definition
-    from ulna.system import Linearisation as Linearisation
-    from ulna.system import OperatingPoint as OperatingPoint
-    from ulna.system import Parameter as Parameter
-    from ulna.system import Signal as Signal
-    from ulna.system import System as System
-    from ulna.system import connect as connect
-    from ulna.system import control_affine as control_affine
-    from ulna.system import equilibria as equilibria
-    from ulna.system import linearise as linearise
-    from ulna.system import operating_point as operating_point
-    from ulna.system import read_system as read_system
-    from ulna.system import rest_point as rest_point
-    from ulna.system import system_from_mapping as system_from_mapping
-    from ulna.system import write_system as write_system
-    from ulna.geometry import Diffeomorphism as Diffeomorphism
-    from ulna.geometry import Distribution as Distribution
-    from ulna.geometry import OneForm as OneForm
-    from ulna.geometry import accessibility as accessibility
-    from ulna.geometry import distribution as distribution
-    from ulna.geometry import first_integrals as first_integrals
-    from ulna.geometry import integrate as integrate
-    from ulna.geometry import involutive as involutive
-    from ulna.geometry import lie_bracket as lie_bracket
-    from ulna.geometry import lie_derivative as lie_derivative
-    from ulna.geometry import observability as observability
-    from ulna.geometry import one_form as one_form
-    from ulna.geometry import relative_degree as relative_degree
-    from ulna.models import Model as Model
-    from ulna.models import model as model
-    from ulna.models import models as models
     from ulna.design import Analysis as Analysis
     from ulna.design import ClosedLoop as ClosedLoop
     from ulna.design import Compensator as Compensator
@@ -76,15 +44,47 @@ if TYPE_CHECKING:
     from ulna.design import state_linearisation as state_linearisation
     from ulna.design import transformed_observer_form as transformed_observer_form
     from ulna.design import zero_dynamics as zero_dynamics
+    from ulna.geometry import Diffeomorphism as Diffeomorphism
+    from ulna.geometry import Distribution as Distribution
+    from ulna.geometry import OneForm as OneForm
+    from ulna.geometry import accessibility as accessibility
+    from ulna.geometry import distribution as distribution
+    from ulna.geometry import first_integrals as first_integrals
+    from ulna.geometry import integrate as integrate
+    from ulna.geometry import involutive as involutive
+    from ulna.geometry import lie_bracket as lie_bracket
+    from ulna.geometry import lie_derivative as lie_derivative
+    from ulna.geometry import observability as observability
+    from ulna.geometry import one_form as one_form
+    from ulna.geometry import relative_degree as relative_degree
+    from ulna.models import Model as Model
+    from ulna.models import model as model
+    from ulna.models import models as models
+    from ulna.plot import plot_poles as plot_poles
+    from ulna.plot import plot_trajectories as plot_trajectories
+    from ulna.plot import plot_trajectory as plot_trajectory
+    from ulna.plot import save_figure as save_figure
     from ulna.sim import Metrics as Metrics
     from ulna.sim import Outcome as Outcome
     from ulna.sim import Trajectory as Trajectory
     from ulna.sim import metrics as metrics
     from ulna.sim import simulate as simulate
-    from ulna.plot import plot_poles as plot_poles
-    from ulna.plot import plot_trajectories as plot_trajectories
-    from ulna.plot import plot_trajectory as plot_trajectory
-    from ulna.plot import save_figure as save_figure
+    from ulna.system import ControlAffine as ControlAffine
+    from ulna.system import Definition as Definition
+    from ulna.system import Linearisation as Linearisation
+    from ulna.system import OperatingPoint as OperatingPoint
+    from ulna.system import Parameter as Parameter
+    from ulna.system import Signal as Signal
+    from ulna.system import System as System
+    from ulna.system import connect as connect
+    from ulna.system import control_affine as control_affine
+    from ulna.system import equilibria as equilibria
+    from ulna.system import linearise as linearise
+    from ulna.system import operating_point as operating_point
+    from ulna.system import read_system as read_system
+    from ulna.system import rest_point as rest_point
+    from ulna.system import system_from_mapping as system_from_mapping
+    from ulna.system import write_system as write_system
 
 _HOME = {
     "Status": "ulna.base",
