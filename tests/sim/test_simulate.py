@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -71,6 +72,29 @@ def test_the_error_follows_the_tolerance() -> None:
     slope = np.polyfit(np.log(tolerances), np.log(errors), 1)[0]
     assert 0.7 < slope < 1.3
     assert all(error < 10 * tolerance for error, tolerance in zip(errors, tolerances, strict=True))
+
+
+def test_many_states_are_compiled_compactly_and_stay_exact() -> None:
+    count = 16
+    states = sp.symbols(f"q0:{count}", real=True)
+    chain = system({s.name: (states[k - 1] if k else 0) - s for k, s in enumerate(states)})
+    matrix = np.eye(count, k=-1) - np.eye(count)
+    run = simulate(chain, np.ones(count), GRID[::20])
+    exact = [expm(matrix * t) @ np.ones(count) for t in GRID[::20]]
+    np.testing.assert_allclose(run.states, exact, rtol=0, atol=1e-12)
+
+
+def test_threads_do_not_disturb_each_other() -> None:
+    starts = [(0.1 * k, 1.0) for k in range(24)]
+    alone = [simulate(PENDULUM, start, GRID).states for start in starts]
+    with ThreadPoolExecutor(4) as pool:
+        together = list(pool.map(lambda start: simulate(PENDULUM, start, GRID).states, starts))
+    assert all(np.array_equal(a, b) for a, b in zip(alone, together, strict=True))
+
+
+def test_a_run_that_starts_beyond_the_bound_may_come_back() -> None:
+    run = simulate(system({"x": -x}), [1e13], GRID)
+    np.testing.assert_allclose(run["x"], 1e13 * np.exp(-GRID), rtol=1e-12)
 
 
 def test_a_final_time_alone_gives_the_same_last_state_as_a_grid() -> None:

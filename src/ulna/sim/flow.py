@@ -137,7 +137,8 @@ class Flow:
         if bounded:
             # Scaled to 1: heyoka chooses its steps by the size of the event functions as well as of the state.
             norm = hy.sum([variable * variable for variable in variables])
-            events.append(hy.t_event(1.0 - norm * self._settings.bound**-2))
+            outwards = hy.event_direction.negative
+            events.append(hy.t_event(1.0 - norm * self._settings.bound**-2, direction=outwards))
         compact = self._settings.compact
         return hy.taylor_adaptive(
             list(zip(variables, rates, strict=True)),
