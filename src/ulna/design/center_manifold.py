@@ -43,7 +43,7 @@ class ReducedOrder:
     manifold: Row
 
 
-def center_modes(A: sp.Matrix, *, zero: int, squares: Sequence[sp.Expr]) -> CenterModes:
+def center_modes(A: sp.MatrixBase, *, zero: int, squares: Sequence[sp.Expr]) -> CenterModes:
     """The splitting for at most two critical modes: 0 once or twice, or one pair ±iω.
 
     In the reduced coordinates J is 0, the Jordan block [[0, 1], [0, 0]], or [[0, 1], [−ω², 0]].
@@ -92,6 +92,9 @@ def reduced_orders(
         order: highest degree.
     """
     xi, c = modes.coordinates, len(modes.coordinates)
+    if c == 1:
+        yield from _scalar_orders(rates, coordinates, modes, order)
+        return
     both = modes.center.row_join(modes.stable)
     back = both.inv()
     linear = modes.reduced * sp.Matrix(list(xi))
@@ -115,7 +118,36 @@ def reduced_orders(
         yield found
 
 
-def _homological(right: sp.Matrix, modes: CenterModes, linear: sp.Matrix, degree: int) -> Row:
+def _scalar_orders(
+    rates: Sequence[sp.Expr], coordinates: Sequence[sp.Symbol], modes: CenterModes, order: int
+) -> Iterator[ReducedOrder]:
+    """The same for one reduced coordinate with J = 0, in plain numbers: −P h_k = N_k − Σ_j j h_j r_{k+1−j}."""
+    [s] = modes.coordinates
+    both = modes.center.row_join(modes.stable)
+    back = both.inv()
+    resolved = modes.rest.inv() if modes.rest.rows else modes.rest
+    curve = {x: [sp.Integer(0), modes.center[i, 0]] for i, x in enumerate(coordinates)}
+    slopes: dict[int, sp.Expr] = {}
+    bends: dict[int, sp.MatrixBase] = {}
+    for degree in range(2, order + 1):
+        series = taylor_coefficients(rates, curve, degree)
+        forcing = back * sp.Matrix([one[degree] for one in series])
+        right = forcing[1:, :]
+        for j, bend in bends.items():
+            right -= j * slopes.get(degree + 1 - j, 0) * bend
+        slopes[degree] = sp.expand(forcing[0, 0])
+        bends[degree] = (-resolved * right).applyfunc(sp.expand)
+        moved = modes.stable * bends[degree]
+        for i, x in enumerate(coordinates):
+            curve[x].append(moved[i, 0] if moved.rows and moved.cols else sp.Integer(0))
+        yield ReducedOrder(
+            degree=degree,
+            rates=(slopes[degree] * s**degree,),
+            manifold=tuple(h * s**degree for h in bends[degree]),
+        )
+
+
+def _homological(right: sp.MatrixBase, modes: CenterModes, linear: sp.MatrixBase, degree: int) -> Row:
     """H with Dh J ξ − P h = right, homogeneous of the degree."""
     count = right.rows
     if not count:

@@ -56,7 +56,7 @@ def conservative_oscillators(rates: Sequence[sp.Expr], coordinates: Sequence[sp.
     return None
 
 
-def _masses(slopes: sp.Matrix, positions: Sequence[sp.Symbol]) -> list[sp.Matrix]:
+def _masses(slopes: sp.MatrixBase, positions: Sequence[sp.Symbol]) -> list[sp.MatrixBase]:
     """Symmetric constant M with M ∂F/∂q symmetric: the identity if it will do, else a basis and its sum."""
     n = slopes.rows
     pairs = list(combinations_with_replacement(range(n), 2))
@@ -79,14 +79,14 @@ def _masses(slopes: sp.Matrix, positions: Sequence[sp.Symbol]) -> list[sp.Matrix
     return [c for c in candidates if _symmetric(c * slopes)]
 
 
-def _symmetric(matrix: sp.Matrix) -> bool:
+def _symmetric(matrix: sp.MatrixBase) -> bool:
     return all(
         is_zero(matrix[i, j] - matrix[j, i], test=_QUICK).status is Status.PROVED
         for i, j in combinations(range(matrix.rows), 2)
     )
 
 
-def _positive(matrix: sp.Matrix) -> bool:
+def _positive(matrix: sp.MatrixBase) -> bool:
     return all(matrix[:k, :k].det().is_positive for k in range(1, matrix.rows + 1))
 
 

@@ -86,10 +86,15 @@ def block_class(rates: Sequence[sp.Expr], coordinates: Sequence[sp.Symbol]) -> B
 _Answer = tuple[StabilityClass, dict[str, Any]]
 
 
-def _critical(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.Matrix, location: RootLocation) -> _Answer:
+def _critical(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.MatrixBase, location: RootLocation) -> _Answer:
     """No eigenvalue on the right, some on the axis."""
     if not any(e.free_symbols & set(x) for r in rates for e in [r.diff(z) for z in x]):
         return _linear(A, location)
+    if location.zero == 1 and not location.squares:
+        found = _single_zero(rates, x, A)
+        if found[0] is not StabilityClass.UNDECIDED:
+            return found
+        return _line_of_equilibria(rates, x, 1) or found
     if location.zero and not location.squares:
         on_line = _line_of_equilibria(rates, x, location.zero)
         if on_line is not None:
@@ -102,8 +107,6 @@ def _critical(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.Matrix, location: 
     if oscillators is not None:
         evidence = {"by": "energy with a strict minimum is conserved", "mass": oscillators.mass}
         return StabilityClass.MARGINAL, evidence | {"stiffness": oscillators.stiffness}
-    if location.zero == 1 and not location.squares:
-        return _single_zero(rates, x, A)
     if not location.zero and len(location.squares) == 1:
         return _single_pair(rates, x, A, location.squares[0])
     if location.zero == 2 and not location.squares:
@@ -111,7 +114,7 @@ def _critical(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.Matrix, location: 
     return StabilityClass.UNDECIDED, {"tried": f"{location.on_axis} modes on the imaginary axis are too many"}
 
 
-def _linear(A: sp.Matrix, location: RootLocation) -> _Answer:
+def _linear(A: sp.MatrixBase, location: RootLocation) -> _Answer:
     """A linear block is stable if the Jordan blocks of its modes on the axis have size one."""
     squares = list(dict.fromkeys(location.squares))
     wanted = [(A, location.zero)] if location.zero else []
@@ -134,7 +137,7 @@ def _line_of_equilibria(rates: list[sp.Expr], x: list[sp.Symbol], zero: int) -> 
     return None
 
 
-def _single_zero(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.Matrix) -> _Answer:
+def _single_zero(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.MatrixBase) -> _Answer:
     modes = center_modes(A, zero=1, squares=())
     shown: list[ReducedOrder] = []
     for one in reduced_orders(rates, x, modes, _SCALAR_ORDER):
@@ -152,7 +155,7 @@ def _single_zero(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.Matrix) -> _Ans
     return StabilityClass.UNDECIDED, {"tried": f"centre manifold: no term up to degree {_SCALAR_ORDER}"}
 
 
-def _single_pair(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.Matrix, square: sp.Expr) -> _Answer:
+def _single_pair(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.MatrixBase, square: sp.Expr) -> _Answer:
     modes = center_modes(A, zero=0, squares=(square,))
     orders: list[ReducedOrder] = []
     for one in reduced_orders(rates, x, modes, _PLANAR_ORDER):
@@ -170,7 +173,7 @@ def _single_pair(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.Matrix, square:
     return StabilityClass.UNDECIDED, {"tried": f"focal values vanish up to degree {_PLANAR_ORDER}"}
 
 
-def _double_zero(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.Matrix) -> _Answer:
+def _double_zero(rates: list[sp.Expr], x: list[sp.Symbol], A: sp.MatrixBase) -> _Answer:
     modes = center_modes(A, zero=2, squares=())
     orders = list(reduced_orders(rates, x, modes, _PLANAR_ORDER - 2))
     field_ = planar_field(orders, modes)

@@ -75,8 +75,8 @@ class _Compression:
     """
 
     columns: tuple[int, ...]
-    mixing: sp.Matrix
-    shift: sp.Matrix
+    mixing: sp.MatrixBase
+    shift: sp.MatrixBase
 
 
 def dynamic_extension(
@@ -175,7 +175,7 @@ def _compression(degree: RelativeDegree) -> _Compression | None:
     return None if best is None else best[1]
 
 
-def _dependent_rows(A: sp.Matrix) -> list[int]:
+def _dependent_rows(A: sp.MatrixBase) -> list[int]:
     """Rows that take part in a linear relation: leaving one out does not lower the rank."""
     rank = generic_rank(A, seconds=0.3).value
     others = [[k for k in range(A.rows) if k != i] for i in range(A.rows)]
@@ -184,7 +184,7 @@ def _dependent_rows(A: sp.Matrix) -> list[int]:
     ]
 
 
-def _mixing(part: sp.Matrix, chosen: sp.Matrix, columns: Sequence[int], rows: Sequence[int]) -> sp.Matrix | None:
+def _mixing(part: sp.MatrixBase, chosen: sp.MatrixBase, columns: Sequence[int], rows: Sequence[int]) -> sp.MatrixBase | None:
     """C with part[:, rest] = chosen · C."""
     mixing = sp.zeros(len(columns), part.cols)
     for j in range(part.cols):
@@ -200,7 +200,7 @@ def _mixing(part: sp.Matrix, chosen: sp.Matrix, columns: Sequence[int], rows: Se
     return mixing
 
 
-def _shift(chosen: sp.Matrix, alpha: sp.Matrix) -> sp.Matrix:
+def _shift(chosen: sp.MatrixBase, alpha: sp.MatrixBase) -> sp.MatrixBase:
     """What the chosen inputs can take off the drifts: the terms that all rows have in common, for a shorter result."""
     shift = sp.zeros(chosen.cols, 1)
     for j in range(chosen.cols):

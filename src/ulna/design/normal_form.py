@@ -141,7 +141,7 @@ def _completed(
     return None
 
 
-def _rank(rows: sp.Matrix, point: dict[sp.Symbol, sp.Expr], local: bool) -> int:
+def _rank(rows: sp.MatrixBase, point: dict[sp.Symbol, sp.Expr], local: bool) -> int:
     if not local:
         return generic_rank(rows, seconds=0.0).value
     found = rank_at(rows, point, seconds=0.0)

@@ -8,6 +8,7 @@ centres.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import sympy as sp
 
@@ -90,7 +91,7 @@ def focal_value(
 
 def nilpotent_type(
     rates: Sequence[sp.Expr], coordinates: Sequence[sp.Symbol], order: int
-) -> tuple[str, dict[str, sp.Expr | int]] | None:
+) -> tuple[str, dict[str, Any]] | None:
     """The type of an equilibrium with linear part (y, 0): "unstable", "stable node", "monodromic"; None if unknown.
 
     With y = φ(x) solving x' = 0: y' on it is a x^α + …, the divergence b x^β + … (Andreev).
@@ -109,7 +110,7 @@ def nilpotent_type(
     if alpha is None:
         return None
     a = slope[alpha]
-    evidence: dict[str, sp.Expr | int] = {"a": a, "alpha": alpha}
+    evidence: dict[str, Any] = {"a": a, "alpha": alpha}
     if beta is not None:
         evidence |= {"b": spread[beta], "beta": beta}
     if alpha % 2 == 0 or a.is_positive:
@@ -126,7 +127,7 @@ def nilpotent_type(
 
 def drifting_type(
     rates: Sequence[sp.Expr], coordinates: Sequence[sp.Symbol], order: int
-) -> tuple[str, dict[str, sp.Expr | int]] | None:
+) -> tuple[str, dict[str, Any]] | None:
     """The type of the origin of (x, y)' = (y, y ρ(x, y)), where the line y = 0 is at rest: "unstable" or "stable".
 
     Off the line dy/dx = ρ. With ρ(x, 0) = b x^k + … and k even, b < 0 every motion comes to rest close by; else some

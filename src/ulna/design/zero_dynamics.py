@@ -68,8 +68,8 @@ class _Manifold:
 class _Tangency:
     """offset + slope u = 0: what the inputs must satisfy to stay on the manifold; one row per solved state."""
 
-    offset: sp.Matrix
-    slope: sp.Matrix
+    offset: sp.MatrixBase
+    slope: sp.MatrixBase
 
 
 class _StoppedError(Exception):
@@ -191,7 +191,7 @@ def _hidden_conditions(tangency: _Tangency, manifold: _Manifold) -> list[sp.Expr
     return [e for e in hidden if e != 0 and not is_zero(e, test=_QUICK).holds]
 
 
-def _constant_rank(slope: sp.Matrix, generic: int, manifold: _Manifold) -> Verdict:
+def _constant_rank(slope: sp.MatrixBase, generic: int, manifold: _Manifold) -> Verdict:
     claim = "the decoupling matrix has constant rank around the point"
     local = rank_at(slope, manifold.point, seconds=0.3)
     if not local.verdict.holds:

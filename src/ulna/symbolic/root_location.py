@@ -81,7 +81,7 @@ def eigenvalue_location(matrix: sp.MatrixBase, *, seconds: float = 2.0) -> RootL
     return RootLocation(left=0, right=0, zero=0, squares=(), unstable=False, roots=(), verdict=verdict)
 
 
-def _located(matrix: sp.Matrix) -> RootLocation:
+def _located(matrix: sp.MatrixBase) -> RootLocation:
     variable = sp.Dummy("lambda")
     polynomial = matrix.charpoly(variable)
     coefficients = polynomial.all_coeffs()
