@@ -125,7 +125,7 @@ def test_transformations_and_laws_of_the_literature_follow_from_their_outputs(en
         assert is_zero(form.map.inverse[index] - value_of(entry, text)).holds
 
 
-@pytest.mark.parametrize("entry", [e for e in knowing("full_state_linearizable")])
+@pytest.mark.parametrize("entry", knowing("full_state_linearizable"))
 def test_every_form_is_confirmed_by_substituting_back(entry: dict[str, Any]) -> None:
     system = plant_of(entry)
     if not entry["expect"]["full_state_linearizable"]:
@@ -207,7 +207,7 @@ def test_outputs_of_the_plant_keep_their_order() -> None:
     assert [str(h) for h in form.outputs] == ["x1", "x2"]
 
 
-# ------------------------------------------------------------------------------------------------ every no has its reason
+# ------------------------------------------------------------------------------------------ every no has its reason
 
 
 def test_the_offending_bracket_is_named() -> None:

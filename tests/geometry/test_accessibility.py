@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import sympy as sp
 import pytest
+import sympy as sp
 
 from ulna.base import UlnaError
 from ulna.geometry.accessibility import accessibility

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import sympy as sp
@@ -155,7 +155,15 @@ def _scaled(relative: RelativeDegree) -> RelativeDegree:
     gain = relative.decoupling[0, 0]
     if len(relative.outputs) != 1 or gain == 1 or gain.free_symbols & set(relative.view.x):
         return relative
-    return relative_degree_of((relative.outputs[0] / gain,), relative.view)
+    one = sp.Integer(1)
+    return replace(
+        relative,
+        outputs=(relative.outputs[0] / gain,),
+        lie_chain=(tuple(e / gain for e in relative.lie_chain[0]),),
+        decoupling=sp.ImmutableDenseMatrix([[one]]),
+        singular=one,
+        invertible=Verdict.proved(relative.invertible.claim, rank=1, point={}, singular=one),
+    )
 
 
 def _form(relative: RelativeDegree, verdict: Verdict) -> ControllerForm:
