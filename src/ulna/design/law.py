@@ -10,7 +10,7 @@ import sympy as sp
 from ulna.base.errors import DesignError
 from ulna.design.gains import AbstractGainRule
 from ulna.design.reference import AbstractReference, ReferenceChain, Regulate
-from ulna.symbolic.simplify import tidy
+from ulna.symbolic.simplify import shortened
 from ulna.system.affine import ControlAffine
 from ulna.system.signal import Signal
 from ulna.system.system import System
@@ -114,7 +114,7 @@ def state_feedback(
     memories = tuple(Signal(name=f"e{k + 1}_int", text="integral of the error") for k in range(len(chains) * extra))
     errors = _errors(form, chains)
     v = sp.Matrix([_new_input(k, errors[k], chains[k], polynomials[k], memories) for k in range(len(chains))])
-    expressions = sp.ImmutableDenseMatrix((form.beta.inv() * (v - form.alpha)).applyfunc(tidy))
+    expressions = sp.ImmutableDenseMatrix((form.beta.inv() * (v - form.alpha)).applyfunc(shortened))
     return Law(
         form=form,
         gains=_gain_matrix(form.indices, [p[extra:] for p in polynomials]),
