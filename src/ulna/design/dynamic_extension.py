@@ -184,7 +184,9 @@ def _dependent_rows(A: sp.MatrixBase) -> list[int]:
     ]
 
 
-def _mixing(part: sp.MatrixBase, chosen: sp.MatrixBase, columns: Sequence[int], rows: Sequence[int]) -> sp.MatrixBase | None:
+def _mixing(
+    part: sp.MatrixBase, chosen: sp.MatrixBase, columns: Sequence[int], rows: Sequence[int]
+) -> sp.MatrixBase | None:
     """C with part[:, rest] = chosen · C."""
     mixing = sp.zeros(len(columns), part.cols)
     for j in range(part.cols):

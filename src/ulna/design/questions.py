@@ -158,7 +158,8 @@ def _zero_dynamics(system: System) -> dict[str, Finding]:
         return {key: not_applicable(key, _NO_INPUT if system.outputs else _NO_OUTPUT) for key in keys}
     found = zero_dynamics(system)
     if found.system is None:
-        return dict.fromkeys(keys, Finding(verdict=found.verdict, value=None))
+        verdicts = (found.verdict, minimum_phase(found).verdict)
+        return {key: Finding(verdict=verdict, value=None) for key, verdict in zip(keys, verdicts, strict=True)}
     value = {
         "manifold": {x.name: e for x, e in found.manifold.items()},
         "u": [found.inputs[u] for u in system.input_symbols if u in found.inputs],
