@@ -7,8 +7,10 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import math
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -18,8 +20,11 @@ from typing import Generic, ParamSpec, Self, TypeVar
 
 from ulna.base import UlnaError
 
-_REPEAT = 0.05
-"""s between two interruptions of one budget: the first can be lost in a finaliser, which drops every exception."""
+_REPEAT = 0.02
+"""s between two interruptions of one budget: the first can be lost or put off (see `_would_be_lost`)."""
+
+_OWN_DEPTH = 3
+"""Frames from the innermost in which entering and leaving a budget can be."""
 
 _SHORTEST = 1e-3
 """s: a timer is never armed for less, so that it cannot fire before the block is entered."""
@@ -110,6 +115,7 @@ def _arm_signal(*, quiet: bool = False) -> None:
     deadline = min((one.deadline for one in _stack.open if one._watcher is None), default=math.inf)
     if math.isinf(deadline):
         if signal.getsignal(signal.SIGALRM) is _on_alarm:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, signal.SIG_DFL)
         return
     signal.signal(signal.SIGALRM, _on_alarm)
@@ -118,15 +124,32 @@ def _arm_signal(*, quiet: bool = False) -> None:
 
 
 def _on_alarm(_number: int, frame: FrameType | None) -> None:
-    # Entering and leaving a budget must run to their ends, or a timer would outlive its block.
-    for _ in range(3):
-        if frame is None:
-            break
-        if frame.f_code in _PROTECTED:
-            return
-        frame = frame.f_back
-    if any(one.expired for one in _stack.open):
+    if _is_own(frame) or not any(one.expired for one in _stack.open):
+        return
+    if not _would_be_lost(frame):
         raise BudgetExceeded
+    signal.setitimer(signal.ITIMER_REAL, _SHORTEST, _REPEAT)
+
+
+def _is_own(frame: FrameType | None) -> bool:
+    """True while a budget is entered or left: this must run to its end, or a timer would outlive its block."""
+    for _ in range(_OWN_DEPTH):
+        if frame is None:
+            return False
+        if frame.f_code in _PROTECTED:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _would_be_lost(frame: FrameType | None) -> bool:
+    """True inside finalisers and callbacks of the garbage collector: they swallow every exception, with a warning."""
+    collector = {getattr(callback, "__code__", None) for callback in gc.callbacks}
+    while frame is not None:
+        if frame.f_code in collector or frame.f_code.co_name == "__del__":
+            return True
+        frame = frame.f_back
+    return False
 
 
 _PROTECTED = frozenset(
@@ -148,9 +171,11 @@ class _Watcher(threading.Thread):
         delay = max(self._deadline - time.monotonic(), _SHORTEST)
         while not self._stopped.wait(delay):
             with self._lock:
-                if not self._stopped.is_set():
+                delay = _SHORTEST
+                frame = sys._current_frames().get(self._target_thread.value)
+                if not self._stopped.is_set() and not _is_own(frame) and not _would_be_lost(frame):
                     ctypes.pythonapi.PyThreadState_SetAsyncExc(self._target_thread, ctypes.py_object(BudgetExceeded))
-            delay = _REPEAT
+                    delay = _REPEAT
 
     def stop(self) -> None:
         """No interruption arrives after this returns; one that is on its way is taken back."""
@@ -195,6 +220,19 @@ def attempt(
         what: what is tried, in words, for the reason (`"solve for x1"`).
         function: called with the remaining arguments.
     """
+    return attempt_expecting((Exception,), seconds, what, function, *arguments, **keywords)
+
+
+def attempt_expecting(
+    failures: tuple[type[Exception], ...],
+    seconds: float,
+    what: str,
+    function: Callable[Arguments, Result],
+    /,
+    *arguments: Arguments.args,
+    **keywords: Arguments.kwargs,
+) -> Attempt[Result]:
+    """As `attempt`, but only these failures become a reason: for our own code, whose mistakes must not be hidden."""
     try:
         with time_budget(seconds):
             value = function(*arguments, **keywords)
@@ -204,6 +242,6 @@ def attempt(
         return Attempt(value=None, ran_out=True, reason=f"{what}: no answer within {seconds:g} s")
     except UlnaError:
         raise
-    except Exception as error:  # noqa: BLE001 - whatever the algebra raises is the answer here
+    except failures as error:
         return Attempt(value=None, ran_out=False, reason=f"{what}: {type(error).__name__}: {error}")
     return Attempt(value=value, ran_out=False, reason="")

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import sympy as sp
 
-from ulna.symbolic.field import Element
-from ulna.symbolic.generators import Generators, NotEmbeddableError, polynomial_key
+from ulna.symbolic.field import Element, NotEmbeddableError
+from ulna.symbolic.generators import Generators, polynomial_key
 from ulna.symbolic.positive import rational_power
 
 _HALF = sp.Rational(1, 2)

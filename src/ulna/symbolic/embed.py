@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import ParamSpec, TypeVar
 
 import sympy as sp
 
 from ulna.symbolic.ball import is_leaf
+from ulna.symbolic.budget import Attempt, attempt_expecting
 from ulna.symbolic.circular import (
     arccosine,
     arcsine,
@@ -21,9 +23,12 @@ from ulna.symbolic.circular import (
     hyperbolic,
     sine_cosine,
 )
-from ulna.symbolic.field import Element, Field, NoRoomError
-from ulna.symbolic.generators import FinerAngleError, Generators, NotEmbeddableError
+from ulna.symbolic.field import Element, ExactAlgebraError, Field, NoRoomError, NotEmbeddableError
+from ulna.symbolic.generators import FinerAngleError, Generators
 from ulna.symbolic.positive import logarithm, modulus, rational_power, sign
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 _GREATEST_POWER = 200
 _GREATEST_ROOT_ORDER = 24
@@ -34,9 +39,7 @@ def embed(expressions: Sequence[sp.Expr]) -> tuple[Field, list[Element]]:
     """The expressions as elements of one field.
 
     Raises:
-        NotEmbeddableError: if one is no real function of its symbols, or has too high powers or too many kernels.
-        TooLargeError: if an intermediate polynomial is too large.
-        ZeroDivisionError: if a denominator vanishes identically.
+        ExactAlgebraError: NotEmbeddableError, TooLargeError or VanishingDenominatorError.
     """
     units: dict[sp.Expr, int] = {}
     room = 16
@@ -51,6 +54,18 @@ def embed(expressions: Sequence[sp.Expr]) -> tuple[Field, list[Element]]:
             room *= 2
             if room > _GREATEST_ROOM:
                 raise NotEmbeddableError(f"more than {_GREATEST_ROOM} generators") from error
+
+
+def attempt_exactly(
+    seconds: float,
+    what: str,
+    function: Callable[Arguments, Result],
+    /,
+    *arguments: Arguments.args,
+    **keywords: Arguments.kwargs,
+) -> Attempt[Result]:
+    """As `attempt`, for computations in a field: they fail by an ExactAlgebraError or too deep a nesting only."""
+    return attempt_expecting((ExactAlgebraError, RecursionError), seconds, what, function, *arguments, **keywords)
 
 
 def _root_order(expressions: Sequence[sp.Expr]) -> int:

@@ -25,8 +25,20 @@ _GCD_LIMIT = 3_000
 """Terms of both polynomials up to which a common divisor is looked for."""
 
 
-class TooLargeError(Exception):
+class ExactAlgebraError(Exception):
+    """Why an expression has no exact form here."""
+
+
+class TooLargeError(ExactAlgebraError):
     """An intermediate polynomial is over the size limit."""
+
+
+class VanishingDenominatorError(ExactAlgebraError):
+    """A denominator is identically zero."""
+
+
+class NotEmbeddableError(ExactAlgebraError):
+    """An expression that is no real function of its symbols, or has too many or too high kernels."""
 
 
 class NoRoomError(Exception):
@@ -100,7 +112,7 @@ class Field:
         """The coefficients of (generator^step)^k, each of degree below `step` in the generator."""
         groups: dict[int, dict[tuple[int, ...], fmpz]] = {}
         for exponents, coefficient in polynomial.to_dict().items():
-            times, rest = divmod(exponents[generator], step)
+            times, rest = divmod(int(exponents[generator]), step)
             lower = (*exponents[:generator], rest, *exponents[generator + 1 :])
             groups.setdefault(times, {})[lower] = coefficient
         return {times: self.context.from_dict(terms) for times, terms in groups.items()}
@@ -144,11 +156,11 @@ class Field:
         """The fraction reduced by the relations and in lowest terms.
 
         Raises:
-            ZeroDivisionError: if the denominator is zero by the relations.
+            VanishingDenominatorError: if the denominator is zero by the relations.
         """
         numerator, denominator = self.reduced(numerator), self.reduced(denominator)
         if denominator.is_zero():
-            raise ZeroDivisionError("a denominator vanishes identically")
+            raise VanishingDenominatorError
         if numerator.is_zero():
             return self.none, self.one
         return self._lowest(numerator, denominator)

@@ -13,10 +13,6 @@ from ulna.symbolic.field import Element, Field, Polynomial
 PolynomialKey: TypeAlias = frozenset[tuple[tuple[int, ...], int]]
 
 
-class NotEmbeddableError(Exception):
-    """An expression that is no real function of its symbols (infinite, complex, undefined)."""
-
-
 class FinerAngleError(Exception):
     """An angle or exponent came up that is no integer multiple of the unit chosen before."""
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import chain, islice
 
 import sympy as sp
 
 from ulna.base import Status, Verdict, all_of
 from ulna.symbolic.ball import leaves_of, tape
 from ulna.symbolic.budget import attempt
+from ulna.symbolic.embed import attempt_exactly
 from ulna.symbolic.isolate import Base, Isolated, linear_in, number_at, peeled, solved_branches
 from ulna.symbolic.linear import solve_linear
 from ulna.symbolic.rank import generic_rank
@@ -99,7 +100,7 @@ def invert_map(
     task = _Task(forward=expressions, old=tuple(old), new=tuple(new), base=base, seconds=seconds)
     evidence: dict[str, object] = {"base": start} if moved else {}
     rejected: list[str] = []
-    answer = attempt(seconds, "invert the map", _first_verified, task, start, claim, evidence, rejected)
+    answer = attempt_exactly(seconds, "invert the map", _first_verified, task, start, claim, evidence, rejected)
     if answer.value is not None:
         return answer.value
     tried = answer.reason or "elimination one unknown at a time, SymPy's solve for the whole"
@@ -127,7 +128,7 @@ def _first_verified(
     task: _Task, start: dict[sp.Symbol, sp.Expr], claim: str, evidence: dict[str, object], rejected: list[str]
 ) -> Inversion | None:
     first = _State(equations=tuple(one - z for one, z in zip(task.forward, task.new, strict=True)), unknowns=task.old)
-    for state in _eliminated(first, task):
+    for state in chain(_eliminated(first, task), _solved_as_a_whole(first, task)):
         solution = _back_substituted(state)
         expressions = tuple(tidy(solution[x], seconds=0.3) for x in task.old)
         verdict = _verified(task, start, expressions, claim, evidence)
@@ -180,7 +181,8 @@ def _with_fewer_unknowns(state: _State, task: _Task) -> _State:
                 derived = _fewer(state, one, other, combine, task.base)
                 if derived is not None:
                     equations[place] = derived
-                    return replace(state, equations=tuple(equations))
+                    below = (other.as_independent(*state.unknowns, as_Add=True)[0],) if combine is _ratio else ()
+                    return replace(state, equations=tuple(equations), nonzero=state.nonzero + below)
     return state
 
 
@@ -191,7 +193,7 @@ def _fewer(
     right_other, left_other = other.as_independent(*state.unknowns, as_Add=True)
     if right == 0 or right_other == 0:
         return None
-    short = shortened(combine(left, left_other))
+    short = tidy(combine(left, left_other), seconds=0.3)
     if not short.has(*state.unknowns) or len(_unknowns(state, short)) >= len(_unknowns(state, one)):
         return None
     derived = short - combine(-right, -right_other)
@@ -262,6 +264,14 @@ def _moves(state: _State, task: _Task) -> Iterator[tuple[sp.Symbol, int, Isolate
 
 def _others(state: _State, place: int, unknown: sp.Symbol) -> int:
     return len(_unknowns(state, state.equations[place]) - {unknown})
+
+
+def _solved_as_a_whole(state: _State, task: _Task) -> Iterator[_State]:
+    """SymPy's solutions of all equations together; the verification picks the branch."""
+    found = attempt(task.seconds / 2, "solve", sp.solve, state.equations, state.unknowns, dict=True)
+    for solution in found.value or []:
+        if set(solution) == set(state.unknowns) and not any(one.has(sp.I) for one in solution.values()):
+            yield replace(state, equations=(), unknowns=(), steps=tuple(solution.items()))
 
 
 def _back_substituted(state: _State) -> dict[sp.Symbol, sp.Expr]:

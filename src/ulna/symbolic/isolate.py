@@ -8,10 +8,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 from flint import arb
+from sympy.simplify.fu import TR2i
 
 from ulna.base import Status
 from ulna.symbolic.ball import tape
 from ulna.symbolic.budget import attempt
+from ulna.symbolic.embed import attempt_exactly
 from ulna.symbolic.simplify import normal_form
 from ulna.symbolic.zero import SampledZero
 
@@ -39,7 +41,7 @@ def linear_in(expression: sp.Expr, unknown: sp.Symbol) -> Isolated | None:
     if slope.has(unknown):
         if SampledZero(points=2)(slope.diff(unknown)).status is not Status.PROVED:
             return None
-        lowest = attempt(0.3, "slope", normal_form, slope)
+        lowest = attempt_exactly(0.3, "slope", normal_form, slope)
         if lowest.value is None or lowest.value.has(unknown):
             return None
         slope = lowest.value
@@ -66,7 +68,11 @@ def peeled(expression: sp.Expr, unknown: sp.Symbol, base: Base) -> Isolated | No
         if isinstance(left, sp.Add | sp.Mul):
             rest, inner = left.as_independent(unknown, as_Add=isinstance(left, sp.Add))
             if inner.func is left.func:
-                return None
+                # The unknown stands in several factors or terms; sin(u) / cos(u) is one function after all.
+                joined = TR2i(inner)
+                if joined.func is left.func:
+                    return None
+                inner = joined
             if isinstance(left, sp.Add):
                 right = right - rest
             else:
@@ -105,7 +111,7 @@ def _one_layer(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, base: Base) ->
     return None if solved is None else (inner, solved)
 
 
-def _one_of_two(left: sp.atan2, right: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, Isolated] | None:
+def _one_of_two(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol) -> tuple[sp.Expr, Isolated] | None:
     """The solution of atan2(y, x) = right for y or for x: y = x tan(right)."""
     y, x = left.args
     if y.has(unknown) and x.has(unknown):

@@ -9,6 +9,7 @@ import sympy as sp
 
 from ulna.base import Status, Verdict
 from ulna.symbolic.budget import attempt
+from ulna.symbolic.embed import attempt_exactly
 from ulna.symbolic.field import Element, Field, Polynomial
 from ulna.symbolic.minors import polynomial_rows, relation_with
 from ulna.symbolic.rank import Rank, extends_exactly, generic_rank
@@ -61,7 +62,7 @@ def in_span(
     if larger.value > rank.value:
         evidence = {"point": larger.point, "rank": rank.value, "minor_rows": larger.rows}
         return Verdict.refuted(claim, rank_status=rank.verdict.status, **evidence)
-    exact = attempt(seconds, "coefficients", _coefficients, together, rank)
+    exact = attempt_exactly(seconds, "coefficients", _coefficients, together, rank)
     if exact.value is None:
         return Verdict.supported(claim, rank=rank.value, no_proof=exact.reason)
     coefficients, proved = exact.value
@@ -109,7 +110,7 @@ def nullspace(matrix: sp.MatrixBase, *, seconds: float = 2.0) -> tuple[sp.Matrix
     rank = generic_rank(matrix, seconds=seconds / 4)
     if rank.point is None:
         return None
-    exact = attempt(seconds, "kernel", _nullspace, matrix, rank)
+    exact = attempt_exactly(seconds, "kernel", _nullspace, matrix, rank)
     return exact.value
 
 
@@ -155,7 +156,7 @@ def solve_linear(matrix: sp.MatrixBase, right: sp.MatrixBase, *, seconds: float 
         verdict = make(claim, rank=rank.value, because=rank.verdict)
         return LinearSolution(solution=None, determinant=sp.S.Zero, verdict=verdict)
     verdict = Verdict.proved(claim, point=rank.point)
-    exact = attempt(seconds, "Cramer's rule", _cramer, matrix, right)
+    exact = attempt_exactly(seconds, "Cramer's rule", _cramer, matrix, right)
     if exact.value is not None:
         return LinearSolution(solution=exact.value[0], determinant=exact.value[1], verdict=verdict)
     plain = attempt(seconds, "adjugate", _by_adjugate, matrix, right)

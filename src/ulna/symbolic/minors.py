@@ -24,7 +24,7 @@ def polynomial_rows(matrix: sp.MatrixBase) -> PolynomialRows:
     """The matrix over one common field, with the denominator and the common factor of each row taken out.
 
     Raises:
-        NotEmbeddableError, TooLargeError, ZeroDivisionError: see `ulna.symbolic.embed.embed`.
+        ExactAlgebraError: see `ulna.symbolic.embed.embed`.
     """
     ring, elements = embed(list(matrix))
     rows: list[tuple[Polynomial, ...]] = []

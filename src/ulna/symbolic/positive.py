@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from ulna.symbolic.field import Element, Polynomial
-from ulna.symbolic.generators import Generators, NotEmbeddableError, polynomial_key
+from ulna.symbolic.field import Element, NotEmbeddableError, Polynomial, VanishingDenominatorError
+from ulna.symbolic.generators import Generators, polynomial_key
 
 Factor = tuple[Polynomial, int]
 
@@ -104,7 +104,7 @@ def rational_power(made: Generators, element: Element, exponent: sp.Rational) ->
         return ring.power(element, int(exponent))
     if element[0].is_zero():
         if exponent < 0:
-            raise ZeroDivisionError("a root in a denominator vanishes identically")
+            raise VanishingDenominatorError
         return element
     if made.root_order % int(exponent.q):
         raise NotEmbeddableError(f"no root of order {exponent.q} was foreseen")

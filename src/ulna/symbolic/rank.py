@@ -14,7 +14,7 @@ from flint import arb
 
 from ulna.base import Verdict
 from ulna.symbolic.ball import tape
-from ulna.symbolic.budget import attempt
+from ulna.symbolic.embed import attempt_exactly
 from ulna.symbolic.minors import PolynomialRows, determinant, polynomial_rows, relation_with
 from ulna.symbolic.sample import SEED, Point, regular_points
 from ulna.symbolic.simplify import normal_form
@@ -109,7 +109,7 @@ def value_at(expression: sp.Expr, point: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr
     value = sp.sympify(expression).xreplace(dict(point))
     if not value.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
         return value
-    lowest = attempt(0.5, "lowest terms", normal_form, expression)
+    lowest = attempt_exactly(0.5, "lowest terms", normal_form, expression)
     if lowest.value is None:
         return None
     value = lowest.value.xreplace(dict(point))
@@ -122,7 +122,7 @@ def minor_determinant(matrix: sp.MatrixBase, rank: Rank, *, seconds: float = 1.0
     In irreducible factors over sines, exponentials, ... if the time suffices, else SymPy's determinant as it comes.
     """
     minor = matrix.extract(sorted(rank.rows), list(rank.columns))
-    exact = attempt(seconds, "minor", _exact_determinant, minor)
+    exact = attempt_exactly(seconds, "minor", _exact_determinant, minor)
     return exact.value if exact.value is not None else minor.det(method="berkowitz")
 
 
@@ -177,7 +177,7 @@ def _upper_bound(matrix: sp.MatrixBase, pivots: _Pivots, *, seconds: float, poin
         return Verdict.proved(claim, **evidence)
     if seconds <= 0:
         return Verdict.supported(claim, **evidence, points=_POINTS)
-    proof = attempt(seconds, "bordering minors", _bordering_minors_vanish, matrix, pivots)
+    proof = attempt_exactly(seconds, "bordering minors", _bordering_minors_vanish, matrix, pivots)
     if proof.value:
         return Verdict.proved(claim, method="bordering minors", **evidence)
     reason = proof.reason or "the bordering minors do not vanish by the known relations"

@@ -10,8 +10,7 @@ import sympy as sp
 
 from ulna.base import Verdict, all_of
 from ulna.symbolic.ball import leaves_of, tape
-from ulna.symbolic.budget import attempt
-from ulna.symbolic.embed import embed
+from ulna.symbolic.embed import attempt_exactly, embed
 from ulna.symbolic.sample import RADIUS, SEED, regular_points
 
 
@@ -68,7 +67,7 @@ class SampledZero:
         if not seen:
             return Verdict.undecided(claim, tried="no random point where the expression is real and finite", **evidence)
         if self.seconds > 0 and len(program.steps) <= self.operations:
-            proof = attempt(self.seconds, "normal form", vanishes_exactly, expression)
+            proof = attempt_exactly(self.seconds, "normal form", vanishes_exactly, expression)
             if proof.value:
                 return Verdict.proved(claim, method="normal form", **evidence)
             evidence["no_proof"] = proof.reason or "the normal form does not vanish by the known relations"
@@ -79,7 +78,7 @@ def vanishes_exactly(expression: sp.Expr) -> bool:
     """True only if exact algebra with sines, exponentials, logarithms and roots as generators gives 0.
 
     Raises:
-        NotEmbeddableError, TooLargeError, ZeroDivisionError: see `ulna.symbolic.embed.embed`.
+        ExactAlgebraError: see `ulna.symbolic.embed.embed`.
     """
     ring, [element] = embed([expression])
     return ring.is_zero(element)

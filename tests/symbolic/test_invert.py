@@ -1,0 +1,135 @@
+"""Maps are inverted on the branch through the base point."""
+
+from __future__ import annotations
+
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ulna.base import Status
+from ulna.symbolic.invert import Inversion, invert_map
+from ulna.symbolic.zero import SampledZero, is_zero
+
+x1, x2, x3, x4 = x = sp.symbols("x1:5", real=True)
+z1, z2, z3, z4 = z = sp.symbols("z1:5", real=True)
+a, G, I1, J, k, K, L, M, B = sp.symbols("a G I1 J k K L M B", real=True)
+sin, cos, exp, sqrt = sp.sin, sp.cos, sp.exp, sp.sqrt
+zero, one = sp.S.Zero, sp.S.One
+slope = sp.Rational(49, 5)
+
+
+def inverted(forward: list[sp.Expr], near: list[sp.Expr], seconds: float = 10.0) -> Inversion:
+    count = len(forward)
+    return invert_map(forward, x[:count], z[:count], near=dict(zip(x, near, strict=False)), seconds=seconds)
+
+
+def same(first: sp.Expr, second: sp.Expr) -> bool:
+    return is_zero(first - second).status is Status.PROVED
+
+
+# Published and constructed transformations: Zak 2003 ch. 7; Slotine & Li 1991 sec. 6.1.2, 6.3; Khalil 2002 sec. 13.1;
+# Chiasson 1994 (series motor).
+KNOWN = {
+    "arm with motor": ([x1, x2, slope * sin(x1) + x3], [zero] * 3, [z1, z2, z3 - slope * sin(z1)]),
+    "flexible joint": (
+        [
+            x1,
+            x2,
+            -(M * G * L / I1) * sin(x1) - (k / I1) * (x1 - x3),
+            -(M * G * L / I1) * x2 * cos(x1) - (k / I1) * (x2 - x4),
+        ],
+        [zero] * 4,
+        [z1, z2, z1 + (I1 * z3 + M * G * L * sin(z1)) / k, z2 + (I1 * z4 + M * G * L * z2 * cos(z1)) / k],
+    ),
+    "input-state": ([x1, -2 * x1 + a * x2 + sin(x1)], [zero] * 2, [z1, (z2 + 2 * z1 - sin(z1)) / a]),
+    "sine chain": ([x1, a * sin(x2)], [zero] * 2, [z1, sp.asin(z2 / a)]),
+    "bilinear": ([x1 + x2 * x3, x2, x3], [zero] * 3, [z1 - z2 * z3, z2, z3]),
+    "circle": ([x1**2 + x2**2, x2], [one, zero], [sqrt(z1 - z2**2), z2]),
+    "circle, other half": ([x1**2 + x2**2, x2], [-one, zero], [-sqrt(z1 - z2**2), z2]),
+    "linear equation inside": ([x1 * exp(x2) + x3, x2, x3], [zero] * 3, [(z1 - z3) * exp(-z2), z2, z3]),
+    "series motor": ([x2, (K * x1**2 - B * x2) / J], [one, one], [sqrt((J * z2 + B * z1) / K), z1]),
+    "rotation": (
+        [x1 * cos(a) - x2 * sin(a), x1 * sin(a) + x2 * cos(a)],
+        [one, zero],
+        [z1 * cos(a) + z2 * sin(a), z2 * cos(a) - z1 * sin(a)],
+    ),
+    "exponential": ([exp(x1) * x2, x1], [zero, one], [z2, z1 * exp(-z2)]),
+    "moebius": ([x1 / (1 + x1), x2 * (1 + x1)], [one, zero], [z1 / (1 - z1), z2 * (1 - z1)]),
+    "sine beyond a quarter turn": ([sin(x1) + x2, x2], [sp.pi, zero], [sp.pi - sp.asin(z1 - z2), z2]),
+    "cosine on the lower side": ([cos(x1), x2], [-one, zero], [-sp.acos(z1), z2]),
+    "tangent one turn on": ([sp.tan(x1), x2], [sp.pi, zero], [sp.pi + sp.atan(z1), z2]),
+    "hyperbolic": ([sp.sinh(x1), x2 * sp.cosh(x1)], [one, zero], [sp.asinh(z1), z2 / sqrt(1 + z1**2)]),
+}
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_known_inverses_are_found_and_proved(name: str) -> None:
+    forward, near, expected = KNOWN[name]
+    found = inverted(forward, near)
+    assert found.expressions is not None
+    assert found.verdict.status is Status.PROVED
+    assert all(same(one, two) for one, two in zip(found.expressions, expected, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("forward", "near"),
+    [
+        ([x1 * cos(x2), x1 * sin(x2)], [one, zero]),
+        ([x1 * sin(x2) * cos(x3), x1 * sin(x2) * sin(x3), x1 * cos(x2)], [one, one, zero]),
+        ([x1**3 + x1, x2], [one, zero]),
+        ([exp(x1) + x2, exp(-x1) + x2], [zero, zero]),
+        ([x1**2 + a * x1 + x2, x2], [one, zero]),
+        ([x2 * exp(x1), x1 + x2 * exp(x1)], [zero, one]),
+    ],
+    ids=str,
+)
+def test_inverses_without_a_reference_hold_near_the_base_point(forward: list[sp.Expr], near: list[sp.Expr]) -> None:
+    found = inverted(forward, near)
+    assert found.expressions is not None
+    assert found.verdict.holds
+    there = dict(zip(z, forward, strict=False))
+    base = dict(zip(x, near, strict=False))
+    test = SampledZero(near=base, radius=sp.Rational(1, 1000))
+    assert all(is_zero(one.xreplace(there) - x[i], test=test).holds for i, one in enumerate(found.expressions))
+
+
+def test_the_conditions_of_the_branch_are_told() -> None:
+    assert inverted(*KNOWN["circle"][:2]).positive == (z1 - z2**2,)
+    chain = inverted(*KNOWN["sine chain"][:2])
+    assert chain.nonzero == (a,)
+    assert same(chain.positive[0] * a**2, a**2 - z2**2)
+
+
+def test_a_singular_base_point_is_moved_and_named() -> None:
+    found = inverted([x1**2 + x2, x2], [zero, zero])
+    assert found.expressions == (sqrt(z1 - z2), z2)
+    assert found.verdict.evidence["base"][x1] > 0
+
+
+def test_a_map_without_elementary_inverse_is_undecided_with_what_was_tried() -> None:
+    found = inverted([x1 + x2 * sin(x1) + x2**5, x2 * exp(x1) + x1**3 + x2], [one, one], seconds=2.0)
+    assert found.expressions is None
+    assert found.verdict.status is Status.UNDECIDED
+    assert found.verdict.evidence["tried"]
+
+
+def test_a_map_with_dependent_components_is_undecided() -> None:
+    found = inverted([x1 + x2, 2 * x1 + 2 * x2], [zero, zero])
+    assert found.expressions is None
+    assert found.verdict.status is Status.UNDECIDED
+
+
+polynomials = st.lists(st.integers(-3, 3), min_size=3, max_size=3)
+
+
+@settings(max_examples=15, deadline=None)
+@given(polynomials, polynomials, st.permutations([0, 1, 2]))
+def test_triangular_maps_are_always_inverted(first: list[int], second: list[int], order: list[int]) -> None:
+    forward = [
+        x1,
+        x2 * exp(x1) + first[0] * x1**2 + first[1] * sin(x1) + first[2],
+        2 * x3 + second[0] * x1 * x2 + second[1] * cos(x2) + second[2],
+    ]
+    found = inverted([forward[i] for i in order], [one, one, one])
+    assert found.verdict.status is Status.PROVED

@@ -1,0 +1,76 @@
+"""Tidy forms are shorter, have the same value, and arrive in time."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ulna.symbolic.simplify import normal_form, shortened, tidy
+from ulna.symbolic.zero import is_zero
+
+x, y, k, m = sp.symbols("x y k m", real=True)
+sin, cos = sp.sin, sp.cos
+
+
+@pytest.mark.parametrize(
+    ("expression", "expected"),
+    [
+        ((x**2 - y**2) / (x - y), x + y),
+        (sin(x) ** 2 + cos(x) ** 2, sp.S.One),
+        ((1 - cos(x) ** 2) / sin(x), sin(x)),
+        (cos(x) * cos(y) - sin(x) * sin(y), cos(x + y)),
+        (sp.exp(x) * (sp.exp(-x) + 1), sp.exp(x) + 1),
+        (x - (1 - cos(x)) / sin(x) + sp.tan(x / 2), x),
+        (1 / (1 / x + 1 / y), x * y / (x + y)),
+        (sp.log(x * y) - sp.log(x) - sp.log(y), sp.S.Zero),
+    ],
+    ids=str,
+)
+def test_known_short_forms_are_found(expression: sp.Expr, expected: sp.Expr) -> None:
+    assert tidy(expression, seconds=3) == expected
+
+
+def test_what_is_short_already_stays() -> None:
+    for expression in (x, sp.Integer(3), x - sp.Rational(49, 5) * sin(x), sp.asin(x / k)):
+        assert tidy(expression) == expression
+
+
+def test_no_time_returns_the_input() -> None:
+    expression = (x**2 - y**2) / (x - y)
+    assert tidy(expression, seconds=0) is expression
+
+
+def test_a_large_expression_comes_back_in_time() -> None:
+    symbols = sp.symbols("s0:12", real=True)
+    large = sp.Add(*[sin(p * q + x) ** 3 / (1 + cos(p) * q) for p in symbols for q in symbols])
+    start = time.monotonic()
+    tidy(large, seconds=0.3)
+    assert time.monotonic() - start < 5
+
+
+def test_a_root_of_a_square_keeps_its_modulus() -> None:
+    root = sp.sqrt(x**2 + 2 * x * y + y**2)
+    assert is_zero(tidy(root) - root).holds
+    assert tidy(root) != x + y
+
+
+def test_the_normal_form_of_equal_expressions_is_equal() -> None:
+    assert normal_form(sin(x + y)) == normal_form(sin(x) * cos(y) + cos(x) * sin(y))
+
+
+atoms = st.sampled_from([x, y, k, sp.Integer(2), sin(x), cos(x), sp.exp(y), 1 / (1 + x**2)])
+sums = st.lists(st.tuples(atoms, atoms, atoms), min_size=1, max_size=4).map(
+    lambda terms: sp.Add(*[p * q / (2 + r**2) for p, q, r in terms])
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(sums)
+def test_tidying_never_changes_the_value_nor_lengthens(expression: sp.Expr) -> None:
+    for short in (tidy(expression, seconds=0.2), shortened(expression)):
+        assert is_zero(short - expression).holds
+        assert sp.count_ops(short) <= sp.count_ops(expression)
