@@ -24,6 +24,9 @@ _PRODUCT_LIMIT = 2_000_000
 _GCD_LIMIT = 3_000
 """Terms of both polynomials up to which a common divisor is looked for."""
 
+_FACTOR_LIMIT = 4_000
+"""Terms up to which a polynomial is factored: about 1 s."""
+
 
 class ExactAlgebraError(Exception):
     """Why an expression has no exact form here."""
@@ -241,10 +244,21 @@ class Field:
 
     def factored(self, element: Element) -> sp.Expr:
         """The element as a SymPy expression, numerator and denominator in irreducible factors."""
-        top, above = element[0].factor()
-        bottom, below = element[1].factor()
-        factors = [self.polynomial(p) ** int(e) for p, e in above] + [self.polynomial(p) ** -int(e) for p, e in below]
-        return sp.Mul(sp.Rational(int(top), int(bottom)), *factors)
+        top, above = self.factors(element[0])
+        bottom, below = self.factors(element[1])
+        factors = [self.polynomial(p) ** e for p, e in above] + [self.polynomial(p) ** -e for p, e in below]
+        return sp.Mul(sp.Rational(top, bottom), *factors)
+
+    def factors(self, polynomial: Polynomial) -> tuple[int, list[tuple[Polynomial, int]]]:
+        """The integer content and the irreducible factors with their exponents.
+
+        Raises:
+            TooLargeError: above the size where it could take seconds.
+        """
+        if len(polynomial) > _FACTOR_LIMIT:
+            raise TooLargeError
+        content, factors = polynomial.factor()
+        return int(content), [(factor, int(exponent)) for factor, exponent in factors]
 
     def polynomial(self, polynomial: Polynomial) -> sp.Expr:
         """The polynomial as a SymPy expression."""

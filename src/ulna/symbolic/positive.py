@@ -13,12 +13,11 @@ from ulna.symbolic.generators import Generators, polynomial_key
 Factor = tuple[Polynomial, int]
 
 
-def _factors(element: Element) -> tuple[sp.Rational, list[Factor]]:
+def _factors(made: Generators, element: Element) -> tuple[sp.Rational, list[Factor]]:
     """The number and the irreducible factors with their (possibly negative) exponents."""
-    top, above = element[0].factor()
-    bottom, below = element[1].factor()
-    number = sp.Rational(int(top), int(bottom))
-    return number, [(p, int(e)) for p, e in above] + [(p, -int(e)) for p, e in below]
+    top, above = made.ring.factors(element[0])
+    bottom, below = made.ring.factors(element[1])
+    return sp.Rational(top, bottom), above + [(p, -e) for p, e in below]
 
 
 def _known_sign(made: Generators, polynomial: Polynomial) -> int:
@@ -48,7 +47,7 @@ def sign(made: Generators, element: Element) -> Element:
     ring = made.ring
     if element[0].is_zero():
         raise NotEmbeddableError("the sign of zero")
-    number, factors = _factors(element)
+    number, factors = _factors(made, element)
     result = made.rational(1 if number > 0 else -1)
     for polynomial, exponent in factors:
         if exponent % 2 == 0:
@@ -75,7 +74,7 @@ def _split(made: Generators, element: Element) -> tuple[list[Factor], list[Facto
 
     A lone factor of unknown sign and odd exponent must be positive, since the whole is.
     """
-    number, factors = _factors(element)
+    number, factors = _factors(made, element)
     known: list[Factor] = []
     others: list[Factor] = []
     for polynomial, exponent in factors:
