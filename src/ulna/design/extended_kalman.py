@@ -57,9 +57,7 @@ def extended_kalman_filter(
     gain = P * H.T * R.inv()
     innovation = sp.Matrix(list(output_symbols(view))) - sp.Matrix(view.h).xreplace(onto)
     riccati = F * P + P * F.T + Q - gain * H * P
-    further = {
-        Signal(name=name, text=f"covariance of {a} and {b}"): riccati[i, j] for name, a, b, i, j in entries
-    }
+    further = {Signal(name=name, text=f"covariance of {a} and {b}"): riccati[i, j] for name, a, b, i, j in entries}
     rates = list(drift.xreplace(onto) + gain * innovation)
     return Observer(
         plant=system,

@@ -149,14 +149,12 @@ def estimator_system(
     """
     plant = view.system
     states = tuple(replace(s, name=f"{s.name}_hat", text=f"estimate of {s.text or s.name}") for s in plant.states)
-    measured = tuple(
-        replace(o, name=y.name) for o, y in zip(plant.outputs, output_symbols(view), strict=True)
-    )
+    measured = tuple(replace(o, name=y.name) for o, y in zip(plant.outputs, output_symbols(view), strict=True))
     more = dict(further or {})
     clash = {s.name for s in (*states, *more)} & {s.name for s in (*plant.inputs, *measured, *plant.parameters)}
     if clash:
         raise DesignError(
-            f"{kind} of '{plant.name}'", f"the plant uses the name {sorted(clash)[0]} already.", "Rename it there."
+            f"{kind} of '{plant.name}'", f"the plant uses the name {min(clash)} already.", "Rename it there."
         )
     return System(
         name=f"{kind} of {plant.name}",

@@ -5,10 +5,10 @@ In a block of size κ the chain z_κ = ψ(h), z_{k−1} = L_f z_k − a_k(y) is 
     L_f^κ ψ(h) = Σ_k L_f^{k−1} a_k(h),
 
 so blocks meet only through the outputs that a_k may depend on. With ξ_{j,l} = L_f^l h_j as coordinates the slopes are
-read off from the highest derivatives, ∂a_k/∂y_j = ∂/∂ξ_{j,k−1} of what is left of the left side, for every output j with
-κ_j ≥ k. Where κ_j < k the derivative y_j^(k−1) is no coordinate: κ_j = k − 1 ≥ 2 leaves the second derivatives of a_k to
-read, κ_j = 1 leaves a_k free in y_j (it can be moved into a_{k−1}). Sources: Krener and Respondek, SIAM J. Contr. Opt. 23
-(1985); Xia and Gao, SIAM J. Contr. Opt. 27 (1989).
+read off from the highest derivatives, ∂a_k/∂y_j = ∂/∂ξ_{j,k−1} of what is left of the left side, for every output j
+with κ_j ≥ k. Where κ_j < k the derivative y_j^(k−1) is no coordinate: κ_j = k − 1 ≥ 2 leaves the second derivatives of
+a_k to read, κ_j = 1 leaves a_k free in y_j (it can be moved into a_{k−1}). Sources: Krener and Respondek, SIAM J. Contr.
+Opt. 23 (1985); Xia and Gao, SIAM J. Contr. Opt. 27 (1989).
 """
 
 from __future__ import annotations
@@ -159,9 +159,7 @@ def _block(frame: _Frame, i: int, psi: sp.Expr) -> tuple[list[sp.Expr], list[sp.
             injections.insert(0, of_outputs(section, rate, f"a_1(y) of block {i + 1}"))
             break
         injection = _injection(frame, rate, k, f"of a_{k}(y) in block {i + 1}")
-        below, constant = without_constant(
-            tidy(rate - section.at_states(injection), seconds=_SECONDS), section.view.x
-        )
+        below, constant = without_constant(tidy(rate - section.at_states(injection), seconds=_SECONDS), section.view.x)
         injections.insert(0, injection + constant)
         z.insert(0, below)
     return z, injections

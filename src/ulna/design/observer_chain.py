@@ -1,11 +1,12 @@
 """The coordinates of an observer form, from the output downwards: z_n = ψ(h), z_{k−1} = L_f z_k − a_k(y).
 
-The slope a_k' is read off before a_k is known: a_k' = dz_k(ad_f^n τ), because dz_{k−1} does not see ad_f^{n−1} τ. So the
-only integrals are over the single variable y, and no one-form has to be integrated.
+The slope a_k' is read off before a_k is known: a_k' = dz_k(ad_f^n τ), because dz_{k−1} does not see ad_f^{n−1} τ. So
+the only integrals are over the single variable y, and no one-form has to be integrated.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -48,14 +49,12 @@ class NotOfOutputsError(Exception):
         super().__init__(str(verdict))
 
 
-def search_chain(
-    section: OutputSection, starting_field: sp.MatrixBase, psi: sp.Expr, claim: str
-) -> ChainSearch:
+def search_chain(section: OutputSection, fields: Sequence[sp.MatrixBase], psi: sp.Expr, claim: str) -> ChainSearch:
     """The chain of a single output ỹ = ψ(y).
 
     Args:
         section: the plant with its output symbol.
-        starting_field: τ with Q τ = e_n for the output y itself.
+        fields: τ with Q τ = e_n for the output y itself, ad_f τ, … as far as known.
         psi: ψ in the output symbol; the symbol itself for the plain form.
         claim: what the verdict is on.
     """
@@ -63,9 +62,10 @@ def search_chain(
     n = len(view.x)
     slope = psi.diff(y)
     weight = section.at_states(slope)
-    top = lowest_terms(sp.Matrix(starting_field) / weight)
-    for _ in range(n):
-        top = lowest_terms(lie_bracket(view.f, top, view.x))
+    chain = list(fields) if slope == 1 else [lowest_terms(sp.Matrix(fields[0]) / weight)]
+    while len(chain) < n:
+        chain.append(lowest_terms(lie_bracket(view.f, chain[-1], view.x)))
+    top = lie_bracket(view.f, chain[n - 1], view.x)
     z = [section.at_states(psi)]
     injections: list[sp.Expr] = []
     try:
@@ -109,7 +109,9 @@ def of_outputs(section: OutputSection, function: sp.Expr, what: str) -> sp.Expr:
     found = section.in_outputs(function)
     if found is None:
         raise NotOfOutputsError(
-            Verdict.undecided(f"{what} written in the outputs", tried="solving the outputs for states", function=function)
+            Verdict.undecided(
+                f"{what} written in the outputs", tried="solving the outputs for states", function=function
+            )
         )
     return found
 

@@ -10,7 +10,7 @@ from ulna.base.verdict import Verdict, all_of
 from ulna.design.output_functions import OutputSection
 from ulna.geometry.lie import lie_derivative
 from ulna.symbolic.rank import generic_rank
-from ulna.symbolic.zero import SampledZero, is_zero
+from ulna.symbolic.zero import SampledZero, ZeroTest, is_zero
 
 _TEST = SampledZero(seconds=0.6)
 
@@ -23,6 +23,7 @@ def check_observer_form(
     input_injection: sp.MatrixBase,
     *,
     measured: Sequence[sp.Expr],
+    test: ZeroTest = _TEST,
 ) -> Verdict:
     """Whether z = T(x) obeys z' = A z + a(y) + c(y) u with each block's last coordinate the given function of y.
 
@@ -34,6 +35,7 @@ def check_observer_form(
         indices: sizes of the blocks.
         drift_injection: (n, 1) a in the output symbols; input_injection: (n, m) c.
         measured: (p,) the last coordinates in the output symbols.
+        test: the zero test.
     """
     view = section.view
     claim = f"'{view.system.name}' takes the observer form in these coordinates"
@@ -46,7 +48,7 @@ def check_observer_form(
             return Verdict.refuted(claim, reason=f"the injection {row} contains states or inputs")
     parts = []
     for row, what, residual in _residuals(section, coordinates, indices, drift_injection, input_injection, measured):
-        part = is_zero(residual, test=_TEST)
+        part = is_zero(residual, test=test)
         if part.fails:
             return Verdict.refuted(claim, **{**part.evidence, "row": row + 1, "equation": what, "function": residual})
         parts.append(part)

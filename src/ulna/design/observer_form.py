@@ -7,7 +7,7 @@ Sources: Krener and Isidori, Syst. Contr. Lett. 3 (1983); Krener and Respondek, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import sympy as sp
@@ -19,12 +19,14 @@ from ulna.design.observer_chain import ChainSearch, search_chain
 from ulna.design.observer_check import check_observer_form
 from ulna.design.observer_conditions import ObserverConditions, observer_conditions
 from ulna.design.output_functions import OutputSection, output_section
+from ulna.design.straightened import StraightenedPlant, straightened_plant
 from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
 from ulna.geometry.observability import observability
 from ulna.symbolic.linear import inverse
 from ulna.symbolic.simplify import tidy
 from ulna.symbolic.text import formula
-from ulna.system.affine import ControlAffine
+from ulna.symbolic.zero import SampledZero
+from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.operating_point import operating_point
 from ulna.system.system import System
 
@@ -88,7 +90,8 @@ class ObserverFormSearch:
         system: the plant.
         form: the form, or None.
         verdict: on its existence; a refutation holds what fails (rank, bracket, or the function that is not one of y).
-        conditions: the bracket conditions of a single-output plant, else None.
+        conditions: the bracket conditions of a single-output plant, else None. Where the output is not a state they are
+            those of the plant in coordinates with the output as a state; `evidence["coordinates"]` says which.
     """
 
     system: System
@@ -119,6 +122,9 @@ def observer_form(system: System) -> ObserverForm:
 def find_observer_form(system: System) -> ObserverFormSearch:
     """The observer form, or the reason why there is none, as a value."""
     claim = f"'{system.name}' has an observer form"
+    straight = straightened_plant(system)
+    if straight is not None:
+        return _in_old_coordinates(system, straight, find_observer_form(straight.system))
     seen = observability(system)
     conditions = observer_conditions(system) if len(system.outputs) == 1 else None
     known = seen.observable if conditions is None else conditions.exists
@@ -127,7 +133,7 @@ def find_observer_form(system: System) -> ObserverFormSearch:
         return ObserverFormSearch(system=system, form=None, verdict=verdict, conditions=conditions)
     section = output_section(seen.view)
     if conditions is not None and conditions.starting_field is not None:
-        chain = search_chain(section, conditions.starting_field, section.y[0], claim)
+        chain = search_chain(section, conditions.fields, section.y[0], claim)
     else:
         chain = search_blocks(section, seen, claim)
     form = None if chain.coordinates is None else assemble(section, chain)
@@ -142,6 +148,57 @@ def find_observer_form(system: System) -> ObserverFormSearch:
         verdict=Verdict(claim=claim, status=verdict.status, evidence={"because": verdict.claim, **verdict.evidence}),
         conditions=conditions,
     )
+
+
+def _in_old_coordinates(system: System, straight: StraightenedPlant, search: ObserverFormSearch) -> ObserverFormSearch:
+    form = None if search.form is None else moved_back(system, straight, search.form)
+    verdict = search.verdict if form is None else form.verdict
+    if search.form is not None and form is None:
+        verdict = Verdict.undecided(search.verdict.claim, tried="the form found in straightened coordinates moved back")
+    return ObserverFormSearch(
+        system=system,
+        form=form,
+        verdict=Verdict(
+            claim=search.verdict.claim,
+            status=verdict.status,
+            evidence={"because": verdict.claim, **verdict.evidence, "coordinates": dict(straight.meaning)},
+        ),
+        conditions=search.conditions,
+    )
+
+
+def moved_back(system: System, straight: StraightenedPlant, form: ObserverForm) -> ObserverForm | None:
+    """The form of the straightened plant in the plant's own coordinates by the chain rule, sampled there once more."""
+    view = control_affine(system)
+    section = output_section(view)
+    rename = dict(zip(form.y, section.y, strict=True))
+    forward = sp.ImmutableDenseMatrix(form.map.forward.applyfunc(straight.in_old))
+    solved = sp.Matrix([straight.solved.get(x, x) for x in view.x])
+    inverse_map = form.map.inverse
+    if inverse_map is not None:
+        onto = dict(zip(view.x, inverse_map, strict=True))
+        inverse_map = sp.ImmutableDenseMatrix([e.xreplace(onto) for e in solved])
+    jacobian = (solved.jacobian(list(view.x)) * form.jacobian).applyfunc(straight.in_old)
+    moved = replace(
+        form,
+        view=view,
+        map=replace(form.map, forward=forward, inverse=inverse_map, singular=straight.in_old(form.map.singular)),
+        jacobian=sp.ImmutableDenseMatrix(jacobian),
+        y=section.y,
+        measured=tuple(e.xreplace(rename) for e in form.measured),
+        drift_injection=form.drift_injection.xreplace(rename),
+        input_injection=form.input_injection.xreplace(rename),
+    )
+    sampled = check_observer_form(
+        section,
+        forward,
+        moved.indices,
+        moved.drift_injection,
+        moved.input_injection,
+        measured=moved.measured,
+        test=SampledZero(seconds=0),
+    )
+    return moved if sampled.holds else None
 
 
 def assemble(section: OutputSection, chain: ChainSearch) -> ObserverForm | None:
@@ -202,5 +259,3 @@ def explanation(verdict: Verdict) -> str:
             text = ", ".join(formula(tidy(e, seconds=0.2)) for e in entries)
             line += f", {name} = ({text})" if len(text) < 300 else f", {name} too long to print"
     return line
-
-

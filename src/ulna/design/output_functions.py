@@ -13,7 +13,7 @@ from ulna.geometry.lie import lie_derivative
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.invert import invert_map
 from ulna.symbolic.linear import nullspace
-from ulna.symbolic.potential import antiderivative
+from ulna.symbolic.potential import antiderivative, potential_in_span
 from ulna.symbolic.rank import generic_rank
 from ulna.symbolic.simplify import tidy
 from ulna.symbolic.zero import SampledZero, is_zero
@@ -22,6 +22,7 @@ from ulna.system.operating_point import operating_point
 
 _FREE_VALUES = (sp.Integer(0), sp.Integer(1), sp.Rational(3, 7), sp.Rational(-5, 11), sp.Integer(2))
 _SECTIONS = 8
+_SAMPLED = SampledZero(seconds=0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +47,7 @@ class OutputSection:
         parts = []
         for field in self.fields:
             slope = lie_derivative(function, field, self.view.x)
-            part = is_zero(slope, test=SampledZero(seconds=0.3))
+            part = is_zero(slope, test=_SAMPLED)  # the form found is proved by substitution in the end
             if part.fails:
                 return Verdict.refuted(
                     claim, **{**part.evidence, "function": function, "along": field, "derivative": slope}
@@ -60,7 +61,9 @@ class OutputSection:
             return function
         for lift in self.lifts:
             candidate = tidy(function.xreplace(dict(lift)) if _plain(lift) else function.subs(dict(lift)), seconds=0.4)
-            if candidate.has(sp.nan, sp.zoo, sp.oo, -sp.oo) or candidate.free_symbols & (set(self.view.x) - set(self.y)):
+            if candidate.has(sp.nan, sp.zoo, sp.oo, -sp.oo) or candidate.free_symbols & (
+                set(self.view.x) - set(self.y)
+            ):
                 continue
             if is_zero(self.at_states(candidate) - function, test=SampledZero(seconds=0)).holds:
                 return candidate
@@ -169,14 +172,33 @@ def integral_over_output(section: OutputSection, slope: sp.Expr, *, index: int =
     y = section.y[index]
     if slope == 0:
         return sp.Integer(0)
-    for form in dict.fromkeys((slope, sp.expand(slope))):
-        found = antiderivative(form, y)
-        if found is None:
-            continue
-        value = _real_near(found, section)
+    for candidate in _antiderivatives(slope, y):
+        value = _real_near(candidate, section)
         if is_zero(value.diff(y) - slope, test=SampledZero(seconds=0.2)).holds:
             return tidy(value - sp.expand(value).as_independent(y, as_Add=True)[0], seconds=0.3)
     return None
+
+
+def _antiderivatives(slope: sp.Expr, y: sp.Symbol) -> Iterator[sp.Expr]:
+    """Candidates from cheap to dear: in the span of the functions that occur, as a whole and term by term."""
+    expanded = sp.expand(slope)
+    forms = list(dict.fromkeys((expanded, slope)))
+    for form in forms:
+        found = attempt(0.5, "potential", potential_in_span, (form,), (y,)).value
+        if found is not None:
+            yield found
+    total: sp.Expr | None = sp.Integer(0)
+    for term in sp.Add.make_args(expanded):
+        part = attempt(0.3, "potential", potential_in_span, (term,), (y,)).value or antiderivative(term, y, seconds=0.7)
+        total = None if part is None or total is None else total + part
+        if total is None:
+            break
+    if total is not None:
+        yield total
+    for form in forms:
+        found = antiderivative(form, y, seconds=1.0)
+        if found is not None:
+            yield found
 
 
 def _real_near(expression: sp.Expr, section: OutputSection) -> sp.Expr:

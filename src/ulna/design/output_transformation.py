@@ -3,11 +3,11 @@
 With ỹ the starting field is τ/s(y), s = ψ'. Writing out the brackets of its chain leaves one equation for s. With
 λ = 1/s, [λτ, ad_f^{n−1}(λτ)] = 0 says for even n, and [ad_f(λτ), ad_f^{n−1}(λτ)] = 0 for odd n (bracket of eq. 19),
 
-    n even:  [τ, ad_f^{n−1} τ] = 2 (s'/s) τ,        n odd:  [ad_f τ, ad_f^{n−1} τ] = n (s'/s) ad_f τ + (…) τ,
+    n even:  [τ, ad_f^{n−1} τ] = 2 (s'/s) τ,    n odd:  [ad_f τ, ad_f^{n−1} τ] = n (s'/s) ad_f τ + (…) τ,
 
-so φ = s'/s is read off with the covectors L_f^{n−1} dh or L_f^{n−2} dh and must be a function of y alone. ψ is unique up to
-a scale and a constant, so failure of the form for this ψ refutes every ψ. For n = 2, 3: Keller, Int. J. Control 46 (1987);
-the general theory: Krener and Respondek, SIAM J. Contr. Opt. 23 (1985).
+so φ = s'/s is read off with the covectors L_f^{n−1} dh or L_f^{n−2} dh and must be a function of y alone. ψ is unique up
+to a scale and a constant, so failure of the form for this ψ refutes every ψ. For n = 2, 3: Keller, Int. J. Control 46
+(1987); the general theory: Krener and Respondek, SIAM J. Contr. Opt. 23 (1985).
 """
 
 from __future__ import annotations
@@ -21,14 +21,15 @@ from ulna.base.errors import NoFormError
 from ulna.base.verdict import Verdict
 from ulna.design.observer_chain import NotOfOutputsError, of_outputs, search_chain
 from ulna.design.observer_conditions import ObserverConditions, lowest_terms, vanishes
-from ulna.design.observer_form import ObserverForm, assemble, explanation, find_observer_form
+from ulna.design.observer_form import ObserverForm, assemble, explanation, find_observer_form, moved_back
 from ulna.design.output_functions import OutputSection, integral_over_output, output_section
+from ulna.design.straightened import StraightenedPlant, straightened_plant
 from ulna.geometry.lie import lie_bracket
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.simplify import tidy
 from ulna.system.system import System
 
-_SECONDS = 6.0
+_SECONDS = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +78,9 @@ def output_transformation(system: System) -> OutputTransformation:
         return OutputTransformation(
             system=system, symbol=plain.form.y[0], psi=plain.form.y[0], form=plain.form, verdict=verdict
         )
+    straight = straightened_plant(system)
+    if straight is not None:
+        return _in_old_coordinates(system, straight, output_transformation(straight.system))
     conditions = plain.conditions
     if conditions is None:
         return _none(system, Verdict.undecided(claim, tried="output transformations of a single output only"))
@@ -87,6 +91,19 @@ def output_transformation(system: System) -> OutputTransformation:
     return found.value or _none(system, Verdict.undecided(claim, tried=found.reason))
 
 
+def _in_old_coordinates(
+    system: System, straight: StraightenedPlant, found: OutputTransformation
+) -> OutputTransformation:
+    evidence = {**found.verdict.evidence, "coordinates": dict(straight.meaning)}
+    verdict = Verdict(claim=found.verdict.claim, status=found.verdict.status, evidence=evidence)
+    if found.form is None:
+        return _none(system, verdict)
+    form = moved_back(system, straight, found.form)
+    if form is None:
+        return _none(system, Verdict.undecided(verdict.claim, tried="the form in straightened coordinates moved back"))
+    return OutputTransformation(system=system, symbol=form.y[0], psi=form.measured[0], form=form, verdict=verdict)
+
+
 def _search(conditions: ObserverConditions, claim: str) -> OutputTransformation:
     system = conditions.system
     section = output_section(conditions.observability.view)
@@ -95,14 +112,11 @@ def _search(conditions: ObserverConditions, claim: str) -> OutputTransformation:
     except NotOfOutputsError as failure:
         why = failure.verdict
         return _none(system, Verdict(claim=claim, status=why.status, evidence={"because": why.claim, **why.evidence}))
-    start = conditions.starting_field
-    if psi == section.y[0] or start is None:
-        why = conditions.exists
-        return _none(
-            system,
-            Verdict(claim=claim, status=why.status, evidence={**why.evidence, "because": why.claim, "psi": "y at most"}),
-        )
-    chain = search_chain(section, start, psi, claim)
+    if psi == section.y[0]:
+        why = conditions.exists if conditions.exists.fails else find_observer_form(system).verdict
+        evidence = {**why.evidence, "because": why.claim, "psi": "y at most"}
+        return _none(system, Verdict(claim=claim, status=why.status, evidence=evidence))
+    chain = search_chain(section, conditions.fields, psi, claim)
     form = None if chain.coordinates is None else assemble(section, chain)
     verdict = chain.verdict if form is None else form.verdict
     if chain.coordinates is not None and form is None:

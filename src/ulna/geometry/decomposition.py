@@ -77,7 +77,7 @@ def accessible_decomposition(system: System) -> Decomposition:
     point = operating_point(system).states
     found = first_integrals(span, near=point)
     if found.functions is None:
-        verdict = Verdict.undecided(claim, tried="first integrals of the accessible distribution", **found.verdict.evidence)
+        verdict = Verdict.undecided(claim, **{**found.verdict.evidence, "because": found.verdict.claim})
         return Decomposition(view=view, dimension=d, map=None, verdict=verdict)
     fixed = list(found.functions)
     verdict = accessible_structure(view, fixed)
@@ -140,7 +140,7 @@ def accessible_structure(view: ControlAffine, fixed: Sequence[sp.Expr]) -> Verdi
 
 
 def observable_structure(view: ControlAffine, seen: Sequence[sp.Expr]) -> Verdict:
-    """Whether the outputs and all Lie derivatives of the ζ₁ are functions of the ζ₁ alone; refuted with one that is not."""
+    """Whether outputs and Lie derivatives of the ζ₁ are functions of the ζ₁ alone; refuted with one that is not."""
     claim = f"the outputs of '{view.system.name}' see these coordinates only"
     functions = list(view.h)
     for function in seen:
