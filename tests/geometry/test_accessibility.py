@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import pytest
 import sympy as sp
 
-from ulna.base import UlnaError
+import ulna
+from ulna.base import NoFormError, Status, UlnaError
+from ulna.design.controller_form import controller_form
+from ulna.design.linearisability import linearisability
 from ulna.geometry.accessibility import accessibility
 from ulna.geometry.lie import lie_bracket
+from ulna.geometry.relative_degree import relative_degree
 from ulna.system import System, read_system, system_from_mapping
 
 x1, x2, x3 = sp.symbols("x1:4", real=True)
@@ -17,10 +24,10 @@ def plant(states: dict[str, str], inputs: str = "u", point: dict[str, object] | 
     names = inputs.split()
     return system_from_mapping(
         {
-            "name": "plant",
             "states": {name: {"equation": text} for name, text in states.items()},
             "inputs": {name: {} for name in names},
             "operating_point": point or dict.fromkeys(states, 0),
+            "name": "plant",
             **more,
         }
     )
@@ -111,7 +118,27 @@ def test_dry_friction_is_named_instead_of_differentiated() -> None:
 
 
 def test_the_one_link_arm_with_symbols_has_full_rank() -> None:
-    from importlib.resources import files
-
-    found = accessibility(read_system(files("ulna.models") / "data" / "one_link_arm.toml"))
+    found = accessibility(read_system(Path(ulna.__file__).parent / "models" / "data" / "one_link_arm.toml"))
     assert found.rank == 3
+
+
+def test_brackets_that_take_too_long_leave_the_question_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Out of time is undecided everywhere: never a "not controllable" that nobody proved."""
+    monkeypatch.setattr(sys.modules["ulna.geometry.accessibility"], "_SECONDS_FOR_BRACKETS", 0.0)
+    slow = plant({"x1": "x2*exp(x1)", "x2": "sin(x3)*x1", "x3": "u"}, name="too slow")
+    found = accessibility(slow)
+    assert found.cut_short
+    judged = linearisability(slow)
+    for verdict in (found.controllable, judged.verdict, judged.involutive, judged.at_point):
+        assert verdict.status is Status.UNDECIDED
+    with pytest.raises(NoFormError, match="no controller form was found"):
+        controller_form(slow)
+
+
+def test_derivatives_that_take_too_long_leave_the_relative_degree_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules["ulna.geometry.relative_degree"], "_SECONDS", 0.0)
+    found = relative_degree(plant({"x1": "x2", "x2": "u"}, name="too slow", outputs={"y": {"equation": "x1"}}))
+    assert found.per_output == (None,)
+    assert found.certainty.status is Status.UNDECIDED
+    assert found.invertible.status is Status.UNDECIDED
+    assert found.at_point.status is Status.UNDECIDED

@@ -18,10 +18,12 @@ import sympy as sp
 from ulna.base import Verdict, all_of
 from ulna.geometry.accessibility import Accessibility, accessibility
 from ulna.geometry.lie import lie_bracket
+from ulna.symbolic.budget import attempt
 from ulna.symbolic.rank import generic_rank
 from ulna.system.system import System
 
 _PROOF_SECONDS = 1.0
+_BRACKET_SECONDS = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,6 +74,8 @@ def _all_involutive(found: Accessibility) -> Verdict:
     claim = f"G_{n - 2} is involutive" if inputs == 1 else "all G_i are involutive"
     if not inputs:
         return Verdict.proved(claim, reason="there are no inputs")
+    if found.cut_short:
+        return Verdict.undecided(claim, tried=found.cut_short)
     judged: list[Verdict] = []
     levels = [n - 2] if inputs == 1 else range(n - 1)
     last = len(found.levels) - 1
@@ -94,7 +98,12 @@ def _involutive(found: Accessibility, level: int) -> Verdict:
     doubtful: list[sp.ImmutableDenseMatrix] = []
     parts: list[Verdict] = []
     for i, j in combinations(range(len(span.fields)), 2):
-        bracket = lie_bracket(span.fields[i], span.fields[j], span.coordinates)
+        bracket = attempt(
+            _BRACKET_SECONDS, "bracket", lie_bracket, span.fields[i], span.fields[j], span.coordinates
+        ).value
+        if bracket is None:
+            parts.append(Verdict.undecided(claim, tried=f"[{names[i]}, {names[j]}] in {_BRACKET_SECONDS:g} s"))
+            continue
         if all(entry == 0 for entry in bracket):
             continue
         larger = sp.ImmutableDenseMatrix.hstack(*span.fields, bracket)

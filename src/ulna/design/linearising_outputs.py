@@ -29,7 +29,7 @@ from ulna.symbolic.simplify import tidy
 from ulna.symbolic.zero import SampledZero
 from ulna.system.system import System
 
-_SECONDS = 6.0
+_SECONDS = 4.0
 _FILTER = SampledZero(points=4, seconds=0)
 
 
@@ -210,6 +210,8 @@ class _Search:
     def _base_points(self) -> Iterable[Mapping[sp.Symbol, sp.Expr]]:
         """The operating point, and a regular one for plants that are singular there."""
         yield self.found.point
+        if self.regular:
+            return
         generic = self.found.ranks[-1].point or {}
         yield {x: generic.get(x, sp.Integer(0)) for x in self.found.view.x}
 

@@ -22,6 +22,7 @@ from ulna.system.operating_point import operating_point
 from ulna.system.system import System
 
 _SECONDS = 1.0
+_SECONDS_FOR_BRACKETS = 3.0
 _SECONDS_PER_LEVEL = 0.5
 _SECONDS_PER_ENTRY = 0.15
 
@@ -39,6 +40,7 @@ class Accessibility:
         point: the operating point, value by state symbol.
         singular: expression at whose zeros the rank can drop: a minor of greatest generic rank, the determinant for
             one input; None without inputs or if it was not found in time.
+        cut_short: why further brackets are missing (out of time); empty if none are.
     """
 
     view: ControlAffine
@@ -47,6 +49,7 @@ class Accessibility:
     ranks_at_point: tuple[Rank, ...]
     point: Mapping[sp.Symbol, sp.Expr]
     singular: sp.Expr | None
+    cut_short: str = ""
 
     @property
     def matrix(self) -> sp.ImmutableDenseMatrix:
@@ -130,8 +133,13 @@ def accessibility(system: System) -> Accessibility:
     require_smooth([*view.f, *view.g], f"the brackets of '{system.name}'")
     levels = [view.input_fields]
     ranks = [_generic(levels, n)]
-    while len(levels) < n and ranks[-1].value < n:
-        levels.append(_shortened(tuple(lie_bracket(view.f, field, view.x) for field in levels[-1])))
+    cut_short = ""
+    while not cut_short and len(levels) < n and ranks[-1].value < n:
+        following = attempt(_SECONDS_FOR_BRACKETS, f"ad_f^{len(levels)} g", _following, view, levels[-1])
+        if following.value is None:
+            cut_short = following.reason
+            break
+        levels.append(following.value)
         ranks.append(_generic(levels, n))
         if ranks[-1].value == ranks[-2].value:
             break
@@ -143,7 +151,12 @@ def accessibility(system: System) -> Accessibility:
         ranks_at_point=tuple(locals_),
         point=point,
         singular=_singular(levels, ranks[-1], n),
+        cut_short=cut_short,
     )
+
+
+def _following(view: ControlAffine, fields: tuple[sp.ImmutableDenseMatrix, ...]) -> tuple[sp.ImmutableDenseMatrix, ...]:
+    return _shortened(tuple(lie_bracket(view.f, field, view.x) for field in fields))
 
 
 def _singular(levels: list[tuple[sp.ImmutableDenseMatrix, ...]], rank: Rank, n: int) -> sp.Expr | None:
@@ -191,7 +204,9 @@ def _full(found: Accessibility, ranks: tuple[Rank, ...], where: str) -> Verdict:
         return Verdict.refuted(claim, rank=0, reason="there are no inputs")
     last = ranks[-1]
     if last.point is None or not last.verdict.holds:
-        return Verdict.undecided(claim, because=last.verdict, **last.verdict.evidence)
+        return Verdict.undecided(claim, because=last.verdict.claim, **last.verdict.evidence)
+    if last.value < n and found.cut_short:
+        return Verdict.undecided(claim, rank_so_far=last.value, tried=found.cut_short)
     if last.value < n:
         return Verdict.refuted(claim, rank=last.value, dimensions=found.dimensions)
     return Verdict.proved(claim, rank=n, point=dict(last.point), singular=found.singular)

@@ -20,6 +20,7 @@ from ulna.system.operating_point import operating_point
 from ulna.system.system import System
 
 _TEST = SampledZero(seconds=0.5)
+_SECONDS = 4.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,7 +91,8 @@ def relative_degree_of(
     degrees = tuple(one.degree for one in found)
     rows = [entry for one in found for entry in one.row]
     decoupling = sp.ImmutableDenseMatrix(len(found), len(view.u), rows)
-    invertible, singular = _independent_rows(decoupling, degrees, view)
+    certainty = all_of("earlier derivatives are free of the inputs", [v for one in found for v in one.free])
+    invertible, singular = _independent_rows(decoupling, degrees, certainty, view)
     return RelativeDegree(
         view=view,
         outputs=tuple(outputs),
@@ -101,7 +103,7 @@ def relative_degree_of(
         at_point=_at_point(decoupling, degrees, invertible, where, view),
         singular=singular,
         point=where,
-        certainty=all_of("earlier derivatives are free of the inputs", [v for one in found for v in one.free]),
+        certainty=certainty,
     )
 
 
@@ -122,9 +124,12 @@ def _differentiated(output: sp.Expr, view: ControlAffine) -> _Differentiated:
         return _Differentiated(degree=None, row=none, chain=tuple(chain), free=())
     for order in range(1, len(view.x) + 1):
         require_smooth([chain[-1]], asked)
-        row = [lie_derivative(chain[-1], field, view.x) for field in view.input_fields]
-        verdicts = [_TEST(entry) for entry in row]
-        derivative = lie_derivative(chain[-1], view.f, view.x)
+        step = attempt(_SECONDS, f"derivative {order} of {output}", _derivatives, chain[-1], view).value
+        if step is None:
+            claim = f"derivative {order} is free of the inputs"
+            free.append(Verdict.undecided(claim, tried=f"no derivative within {_SECONDS:g} s"))
+            break
+        derivative, row, verdicts = step
         if any(v.fails for v in verdicts):
             entries = [sp.Integer(0) if v.holds else tidy(e, seconds=0.2) for e, v in zip(row, verdicts, strict=True)]
             return _Differentiated(degree=order, row=tuple(entries), chain=(*chain, derivative), free=tuple(free))
@@ -135,17 +140,25 @@ def _differentiated(output: sp.Expr, view: ControlAffine) -> _Differentiated:
     return _Differentiated(degree=None, row=none, chain=tuple(chain), free=tuple(free))
 
 
+def _derivatives(function: sp.Expr, view: ControlAffine) -> tuple[sp.Expr, list[sp.Expr], list[Verdict]]:
+    """L_f φ, the L_{g_j} φ, and whether each of the latter vanishes."""
+    row = [lie_derivative(function, field, view.x) for field in view.input_fields]
+    return lie_derivative(function, view.f, view.x), row, [_TEST(entry) for entry in row]
+
+
 def _names(degrees: Sequence[int | None]) -> str:
     return ", ".join(f"number {i + 1}" for i, r in enumerate(degrees) if r is None)
 
 
 def _independent_rows(
-    decoupling: sp.ImmutableDenseMatrix, degrees: tuple[int | None, ...], view: ControlAffine
+    decoupling: sp.ImmutableDenseMatrix, degrees: tuple[int | None, ...], certainty: Verdict, view: ControlAffine
 ) -> tuple[Verdict, sp.Expr | None]:
     outputs, inputs = len(degrees), len(view.u)
     claim = f"the decoupling matrix is generically {'invertible' if outputs == inputs else 'of full row rank'}"
     if not outputs or not inputs:
         return Verdict.refuted(claim, reason=f"there are no {'outputs' if inputs else 'inputs'}"), None
+    if not certainty.holds:
+        return Verdict.undecided(claim, **{**certainty.evidence, "because": certainty.claim}), None
     if None in degrees:
         return Verdict.refuted(claim, reason=f"no input ever reaches output {_names(degrees)}", rank=None), None
     rank = generic_rank(decoupling, seconds=1.0)

@@ -68,9 +68,12 @@ def admissible(leaf: sp.Basic, value: sp.Rational) -> sp.Rational:
 
 
 def rational(value: sp.Expr | float) -> sp.Rational:
-    """The number itself if it is rational, else a rational number close to it."""
+    """The number itself if it is rational, else a rational number close to its real part.
+
+    A point with parameters in it, such as asin(c/a), is complex for some values of these: then any number will do.
+    """
     number = sp.sympify(value)
-    return number if isinstance(number, sp.Rational) else sp.Rational(str(sp.N(number, 20)))
+    return number if isinstance(number, sp.Rational) else sp.Rational(str(sp.re(sp.N(number, 20))))
 
 
 def regular_points(
