@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -124,7 +125,9 @@ def test_the_one_link_arm_with_symbols_has_full_rank() -> None:
 
 def test_brackets_that_take_too_long_leave_the_question_open(monkeypatch: pytest.MonkeyPatch) -> None:
     """Out of time is undecided everywhere: never a "not controllable" that nobody proved."""
-    monkeypatch.setattr(sys.modules["ulna.geometry.accessibility"], "_SECONDS_FOR_BRACKETS", 0.0)
+    module = sys.modules["ulna.geometry.accessibility"]
+    monkeypatch.setattr(module, "_SECONDS_FOR_BRACKETS", 0.01)
+    monkeypatch.setattr(module, "lie_bracket", lambda *_: time.sleep(5))
     slow = plant({"x1": "x2*exp(x1)", "x2": "sin(x3)*x1", "x3": "u"}, name="too slow")
     found = accessibility(slow)
     assert found.cut_short
@@ -136,7 +139,9 @@ def test_brackets_that_take_too_long_leave_the_question_open(monkeypatch: pytest
 
 
 def test_derivatives_that_take_too_long_leave_the_relative_degree_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys.modules["ulna.geometry.relative_degree"], "_SECONDS", 0.0)
+    module = sys.modules["ulna.geometry.relative_degree"]
+    monkeypatch.setattr(module, "_SECONDS", 0.01)
+    monkeypatch.setattr(module, "lie_derivative", lambda *_: time.sleep(5))
     found = relative_degree(plant({"x1": "x2", "x2": "u"}, name="too slow", outputs={"y": {"equation": "x1"}}))
     assert found.per_output == (None,)
     assert found.certainty.status is Status.UNDECIDED
