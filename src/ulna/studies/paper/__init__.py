@@ -1,1 +1,5 @@
-"""The paper's forearm and compensator: what is printed, what comes out, and what the difference means."""
+"""The paper, equation by equation: printed against exact, and what the printed controller does."""
+
+from ulna.studies.paper.study import Study, reproduce, summary_table
+
+__all__ = ["Study", "reproduce", "summary_table"]

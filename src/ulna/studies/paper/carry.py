@@ -37,6 +37,8 @@ class Step:
         compute: the result from those.
         listed: whether it is a result of its own, not a part of one that follows.
         known: the exact result where it is known otherwise (from the library); it must be what `compute` gives.
+        passage: key of the printed passage it stands in.
+        entry: its name there.
     """
 
     key: str
@@ -46,6 +48,8 @@ class Step:
     compute: Callable[[Values], sp.MatrixBase]
     listed: bool = True
     known: sp.ImmutableDenseMatrix | None = None
+    passage: str = ""
+    entry: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

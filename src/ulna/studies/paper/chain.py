@@ -65,6 +65,8 @@ class _Builder:
             needs=tuple(needs.split()),
             compute=lambda values: _matrix(compute(values)),
             known=self.known.get(key),
+            passage=passage,
+            entry=name,
         )
 
     def column(

@@ -1,0 +1,156 @@
+"""One card for each passage: what it says, what is printed, what comes out, the verdict and what it means."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+import sympy as sp
+
+from ulna.base import FormulaError
+from ulna.report import Badge, Block, Card, Formula, Table, Text, Tone, with_decimals
+from ulna.studies.paper.compare import Comparison, Finding, number_text
+from ulna.studies.paper.judge import notes
+from ulna.studies.paper.notation import read_formula
+from ulna.studies.paper.verdict import Judged, Shown
+
+_DIGITS: Final = 6
+_LETTERS: Final = {
+    "thetaP": r"\theta_P",
+    "dthetaP": r"\dot{\theta}_P",
+    "ddthetaP": r"\ddot{\theta}_P",
+    "dtheta": r"\dot{\theta}",
+    "ddtheta": r"\ddot{\theta}",
+    "dia": r"\frac{d i_a}{dt}",
+    **{name: f"{name[0]}_{name[1]}" for name in ("ia", "Ra", "La", "Km", "km", "kb", "kp")},
+}
+_NAMES: Final = {sp.Symbol(name, real=True): latex for name, latex in _LETTERS.items()}
+_TONES: Final = {
+    Finding.STATEMENT: Tone.PLAIN,
+    Finding.AGREES: Tone.GOOD,
+    Finding.ROUNDING: Tone.MILD,
+    Finding.MISPRINT: Tone.BAD,
+}
+_LONG: Final = 60
+
+
+def passage_card(judged: Judged) -> Card:
+    """Return the card of one passage."""
+    passage = judged.passage
+    blocks: list[Block] = [Text(text=passage.says), Formula(latex=passage.latex, caption="printed")]
+    differs = judged.finding in (Finding.ROUNDING, Finding.MISPRINT)
+    if differs:
+        blocks += [Formula(latex=_shown(shown), caption="exactly") for shown in judged.shown]
+    found = [c for c in judged.comparisons if c.finding in (Finding.ROUNDING, Finding.MISPRINT)]
+    if found:
+        blocks.append(comparison_table(found))
+    blocks += [Text(text=words) for words in _words(judged)]
+    return Card(
+        anchor=anchor(judged), label=passage.label, title=passage.title, badges=(badge(judged),), blocks=tuple(blocks)
+    )
+
+
+def anchor(judged: Judged) -> str:
+    """The name by which the card is linked."""
+    return f"passage-{judged.passage.key.replace('_', '-')}"
+
+
+def badge(judged: Judged) -> Badge:
+    """The verdict; a misprint that only follows from an earlier one says so."""
+    if judged.finding is Finding.MISPRINT and not judged.own_misprints:
+        return Badge(text="misprint, copied", tone=Tone.BAD)
+    return finding_badge(judged.finding)
+
+
+def finding_badge(finding: Finding) -> Badge:
+    """A verdict as a badge."""
+    return Badge(text=finding.value, tone=_TONES[finding])
+
+
+def comparison_table(comparisons: list[Comparison]) -> Table:
+    """What differs, line by line: printed against exact."""
+    rows = tuple(
+        (
+            place_text(c.place),
+            _printed(c),
+            exact_text(c.exact),
+            Badge(text="copied", tone=Tone.BAD) if c.copied else finding_badge(c.finding),
+            _capital(_without_value(c.meaning)),
+        )
+        for c in comparisons
+    )
+    return Table(head=("where", "printed", "exactly", "verdict", "what it is"), rows=rows)
+
+
+def place_text(place: str) -> str:
+    """A place for reading: terms in it as formulas."""
+    return ", ".join(_part(part) for part in place.split(", ")) if place else "whole"
+
+
+def exact_text(value: sp.Expr | sp.MatrixBase) -> str:
+    """A number or a short expression between dollar signs; nothing for what is too long for a table."""
+    if isinstance(value, sp.MatrixBase):
+        return "see above"
+    if value.is_number:
+        return f"${number_text(value)}$"
+    latex = to_latex(with_decimals(value, _DIGITS))
+    return f"${latex}$" if len(latex) <= _LONG else "see above"
+
+
+def to_latex(value: sp.Expr | sp.MatrixBase) -> str:
+    """LaTeX in the paper's letters."""
+    return sp.latex(value, full_prec=False, mul_symbol=None, symbol_names=_NAMES)
+
+
+def _shown(shown: Shown) -> str:
+    """What comes out: exactly, and in decimals beside it where there are fractions."""
+    exact, decimal = to_latex(shown.value), to_latex(with_decimals(shown.value, _DIGITS))
+    name = rf"\text{{{shown.name}}}: \quad " if shown.name and len(shown.name) > 2 else ""
+    if name == "" and shown.name:
+        name = rf"{shown.name} = "
+    if exact == decimal or not _has_fractions(shown.value):
+        return f"{name}{exact}"
+    return rf"{name}{exact} \approx {decimal}"
+
+
+def _has_fractions(value: sp.Expr | sp.MatrixBase) -> bool:
+    return any(not number.is_Integer for number in value.atoms(sp.Rational))
+
+
+def _words(judged: Judged) -> list[str]:
+    """What the verdict means, and what was checked of a statement."""
+    note = notes()["passage"].get(judged.passage.key, "")
+    checked = [c.meaning for c in judged.comparisons if c.finding is Finding.STATEMENT and c.meaning]
+    return [note] * bool(note) + [f"{_capital(words)}." for words in dict.fromkeys(checked)]
+
+
+def _printed(comparison: Comparison) -> str:
+    text = comparison.printed
+    if re.fullmatch(r"-?[\d.]+", text):
+        return f"${text}$"
+    try:
+        latex = to_latex(read_formula(text))
+    except FormulaError:
+        return text
+    return f"${latex}$" if len(latex) <= _LONG else "as above"
+
+
+def _part(part: str) -> str:
+    head, _, inner = part.rpartition(" of ")
+    if head:
+        return f"{head} of {_part(inner)}"
+    if not re.search(r"[\d*(]", part) or " " in part:
+        return part
+    try:
+        return f"${to_latex(read_formula(part))}$"
+    except FormulaError:
+        return part
+
+
+def _without_value(meaning: str) -> str:
+    """The meaning without the exact value, which stands in a column of its own."""
+    return meaning.split(" exactly; ", 1)[-1]
+
+
+def _capital(words: str) -> str:
+    return words[:1].upper() + words[1:]
