@@ -126,8 +126,12 @@ def _held(view: ControlAffine, base: BasePoint) -> tuple[sp.Expr, ...]:
 def _largest_manifold(view: ControlAffine, held: Sequence[sp.Expr], manifold: _Manifold) -> _Tangency:
     """Shrinks `manifold` from {h = y*} until it can be kept; returns the condition on the inputs there."""
     conditions = [h - y for h, y in zip(view.h, held, strict=True)]
+    tangency: _Tangency | None = None
     for _ in range(len(view.x) + 1):
+        before = len(manifold.solved)
         _restrict(view, conditions, manifold)
+        if tangency is not None and len(manifold.solved) == before:
+            return tangency  # the conditions left are on parameters alone, and their values fulfil them
         tangency = _tangency(view, manifold)
         conditions = _hidden_conditions(tangency, manifold)
         if not conditions:

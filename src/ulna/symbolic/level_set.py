@@ -68,7 +68,7 @@ def graph_near(
     pending = list(equations)
     try:
         while pending:
-            pending = _substituted(pending, solved)
+            pending = _substituted(pending, solved, unknowns, point)
             if not pending:
                 break
             factors = [_factors(one, [u for u in unknowns if u not in solved], point) for one in pending]
@@ -102,10 +102,17 @@ def regular_value_at(expression: sp.Expr, point: Mapping[sp.Symbol, sp.Expr]) ->
     return value.is_finite() and not value.contains(0)
 
 
-def _substituted(equations: Sequence[sp.Expr], solved: Mapping[sp.Symbol, sp.Expr]) -> list[sp.Expr]:
+def _substituted(
+    equations: Sequence[sp.Expr],
+    solved: Mapping[sp.Symbol, sp.Expr],
+    unknowns: Sequence[sp.Symbol],
+    point: Mapping[sp.Symbol, sp.Expr],
+) -> list[sp.Expr]:
     kept = []
     for one in equations:
         value = one.xreplace(dict(solved))
+        if not value.free_symbols & set(unknowns) and vanishes_at(value, point):
+            continue  # a condition on parameters, such as a = |a|, that their values fulfil
         if value != 0 and not is_zero(value, test=_QUICK).holds:
             kept.append(value)
     return kept

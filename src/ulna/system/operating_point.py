@@ -41,7 +41,8 @@ def operating_point(system: System) -> OperatingPoint:
     """The given operating point, the rest solved for.
 
     What the user left out is sought in this order: at zero; as an equilibrium with inputs at zero; as any
-    equilibrium. Where none is found the states left out are zero and `equilibrium` is refuted.
+    equilibrium. Numbers given for states often fit the parameters' values only: where symbols leave no equilibrium the
+    parameters are put at their values. Where none is found the states left out are zero and `equilibrium` is refuted.
     """
     symbols = {s.name: s.symbol for s in (*system.states, *system.inputs)}
     given = {symbols[name]: value for name, value in system.operating_point}
@@ -61,6 +62,10 @@ def operating_point(system: System) -> OperatingPoint:
             verdict = _equilibrium(system, rates, point)
             if verdict.holds:
                 return _point(system, point, verdict)
+    if system.values:
+        at_values = operating_point(system.with_values())
+        if at_values.equilibrium.holds:
+            return _point(system, at_values.values, at_values.equilibrium)
     point = {**given, **zero_states, **zero_inputs}
     return _point(system, point, _equilibrium(system, rates, point))
 
