@@ -213,7 +213,13 @@ def _unknowns(state: _State, expression: sp.Expr) -> frozenset[sp.Symbol]:
 
 
 def _all_linear(state: _State) -> _State | None:
-    """The solution when all equations are linear in all unknowns."""
+    """The solution when all equations are linear in all unknowns and each couples several of them.
+
+    One that holds a single unknown is better solved by itself: the exact field in which the others are solved
+    together would write cos(3θ) as a polynomial in cos(θ).
+    """
+    if any(len(_unknowns(state, one)) < 2 for one in state.equations):
+        return None
     matrix = sp.Matrix(state.equations).jacobian(list(state.unknowns))
     if len(state.unknowns) < 2 or matrix.has(*state.unknowns):
         return None
