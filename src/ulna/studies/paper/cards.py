@@ -9,6 +9,7 @@ import sympy as sp
 
 from ulna.base import FormulaError
 from ulna.report import Badge, Block, Card, Formula, Table, Text, Tone, with_decimals
+from ulna.studies.paper.chain import XBAR, U, X, Y, Z
 from ulna.studies.paper.compare import Comparison, Finding, number_text
 from ulna.studies.paper.judge import notes
 from ulna.studies.paper.notation import read_formula
@@ -31,17 +32,19 @@ _TONES: Final = {
     Finding.ROUNDING: Tone.MILD,
     Finding.MISPRINT: Tone.BAD,
 }
-_LONG: Final = 60
+_LONG: Final = 90
+_COORDINATES: Final = {*X, *Z, *XBAR, Y, U}
+# A name of the paper inside a sentence: one of the letters above, or products of letters with an index (f1*h1), or R.
+_NAME: Final = re.compile(r"\b(?:" + "|".join(_LETTERS) + r"|[a-zA-Z]\d(?:\*[a-zA-Z]\d)*|R)\b")
 
 
 def passage_card(judged: Judged) -> Card:
     """Return the card of one passage."""
     passage = judged.passage
-    blocks: list[Block] = [Text(text=passage.says), Formula(latex=passage.latex, caption="printed")]
-    differs = judged.finding in (Finding.ROUNDING, Finding.MISPRINT)
-    if differs:
-        blocks += [Formula(latex=_shown(shown), caption="exactly") for shown in judged.shown]
+    blocks: list[Block] = [Text(text=passage.says), *_as_printed(passage.latex)]
     found = [c for c in judged.comparisons if c.finding in (Finding.ROUNDING, Finding.MISPRINT)]
+    shown = [s for s in judged.shown if found or has_fractions(s.value)]
+    blocks += [Formula(latex=_shown(s), caption="comes out exactly") for s in shown]
     if found:
         blocks.append(comparison_table(found))
     blocks += [Text(text=words) for words in _words(judged)]
@@ -72,10 +75,10 @@ def comparison_table(comparisons: list[Comparison]) -> Table:
     rows = tuple(
         (
             place_text(c.place),
-            _printed(c),
+            printed_text(c),
             exact_text(c.exact),
             Badge(text="copied", tone=Tone.BAD) if c.copied else finding_badge(c.finding),
-            _capital(_without_value(c.meaning)),
+            plain_words(c.meaning),
         )
         for c in comparisons
     )
@@ -84,22 +87,41 @@ def comparison_table(comparisons: list[Comparison]) -> Table:
 
 def place_text(place: str) -> str:
     """A place for reading: terms in it as formulas."""
-    return ", ".join(_part(part) for part in place.split(", ")) if place else "whole"
+    return ", ".join(_part(part) for part in place.split(", ")) if place else ""
 
 
 def exact_text(value: sp.Expr | sp.MatrixBase) -> str:
     """A number or a short expression between dollar signs; nothing for what is too long for a table."""
     if isinstance(value, sp.MatrixBase):
-        return "see above"
+        return "see the formula"
     if value.is_number:
         return f"${number_text(value)}$"
-    latex = to_latex(with_decimals(value, _DIGITS))
-    return f"${latex}$" if len(latex) <= _LONG else "see above"
+    latex = decimals(value) if value.free_symbols <= _COORDINATES else to_latex(value)
+    return f"${latex}$" if len(latex) <= _LONG else "see the formula"
 
 
 def to_latex(value: sp.Expr | sp.MatrixBase) -> str:
     """LaTeX in the paper's letters."""
-    return sp.latex(value, full_prec=False, mul_symbol=None, symbol_names=_NAMES)
+    return sp.latex(value, full_prec=False, mul_symbol=None, symbol_names=_NAMES, imaginary_unit="j")
+
+
+def decimals(value: sp.Expr) -> str:
+    """LaTeX with decimals in place of fractions."""
+    return number_text(value) if value.is_number else to_latex(with_decimals(value, _DIGITS))
+
+
+def plain_words(meaning: str) -> str:
+    """What a comparison says, for reading: names as formulas, without the exact value, which has a place of its own."""
+    words = meaning.split(" exactly; ", 1)[-1]
+    return _capital(_NAME.sub(lambda found: f"${to_latex(read_formula(found[0]))}$", words))
+
+
+def _as_printed(latex: str) -> list[Block]:
+    """The formula as printed; a list of equations as running text, which can be broken into lines."""
+    if r", \;" not in latex:
+        return [Formula(latex=part, caption="printed") for part in latex.split(r" \quad \text{or} \quad ")]
+    parts = [part.strip() for part in latex.split(r", \;")]
+    return [Text(text="Printed: " + ", ".join(f"${part}$" for part in parts))]
 
 
 def _shown(shown: Shown) -> str:
@@ -108,13 +130,14 @@ def _shown(shown: Shown) -> str:
     name = rf"\text{{{shown.name}}}: \quad " if shown.name and len(shown.name) > 2 else ""
     if name == "" and shown.name:
         name = rf"{shown.name} = "
-    if exact == decimal or not _has_fractions(shown.value):
+    if exact == decimal or not has_fractions(shown.value):
         return f"{name}{exact}"
     return rf"{name}{exact} \approx {decimal}"
 
 
-def _has_fractions(value: sp.Expr | sp.MatrixBase) -> bool:
-    return any(not number.is_Integer for number in value.atoms(sp.Rational))
+def has_fractions(value: sp.Expr | sp.MatrixBase) -> bool:
+    """Whether there are fractions in a result whose only letters are the paper's coordinates."""
+    return value.free_symbols <= _COORDINATES and any(not number.is_Integer for number in value.atoms(sp.Rational))
 
 
 def _words(judged: Judged) -> list[str]:
@@ -124,7 +147,8 @@ def _words(judged: Judged) -> list[str]:
     return [note] * bool(note) + [f"{_capital(words)}." for words in dict.fromkeys(checked)]
 
 
-def _printed(comparison: Comparison) -> str:
+def printed_text(comparison: Comparison) -> str:
+    """What is printed, as a formula; nothing for what is too long for a table."""
     text = comparison.printed
     if re.fullmatch(r"-?[\d.]+", text):
         return f"${text}$"
@@ -132,7 +156,7 @@ def _printed(comparison: Comparison) -> str:
         latex = to_latex(read_formula(text))
     except FormulaError:
         return text
-    return f"${latex}$" if len(latex) <= _LONG else "as above"
+    return f"${latex}$" if len(latex) <= _LONG else "see the formula"
 
 
 def _part(part: str) -> str:
@@ -145,11 +169,6 @@ def _part(part: str) -> str:
         return f"${to_latex(read_formula(part))}$"
     except FormulaError:
         return part
-
-
-def _without_value(meaning: str) -> str:
-    """The meaning without the exact value, which stands in a column of its own."""
-    return meaning.split(" exactly; ", 1)[-1]
 
 
 def _capital(words: str) -> str:

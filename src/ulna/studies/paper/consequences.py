@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 
 from ulna.models.forearm import SmallOscillations
-from ulna.report import Badge, Block, Picture, Row, Table, Text, Tone, with_decimals
-from ulna.studies.paper.cards import place_text, to_latex
+from ulna.report import Badge, Block, Picture, Row, Table, Text, Tone
+from ulna.studies.paper.cards import decimals, place_text
 from ulna.studies.paper.compare import number_text
 from ulna.studies.paper.judge import notes
 from ulna.studies.paper.passive import Passive, rest_angle
@@ -29,19 +29,26 @@ def loop_table(loops: Sequence[Loop]) -> Table:
         (
             loop.title,
             Badge(text=degrees(loop.steady_error_degrees), tone=Tone.BAD if loop.printed else Tone.GOOD),
-            *(f"{run.peak_voltage:.1f}" for run in loop.runs),
+            " / ".join(f"{run.peak_voltage:.1f}" for run in loop.runs),
             f"{loop.holding_voltage:.2f}".replace("-", "−"),
-            f"{loop.holding_power:.0f}",
+            f"{loop.holding_power:.1f}",
         )
         for loop in loops
     )
-    starts = tuple(f"peak from {run.angle:g} rad (V)".replace("-", "−") for run in loops[0].runs)
+    starts = " / ".join(f"{run.angle:g}" for run in loops[0].runs).replace("-", "−")
     return Table(
-        head=("loop", "steady error", *starts, "holding voltage (V)", "holding power (W)"),
+        head=("loop", "steady error", "peak voltage (V)", "holding (V)", "power (W)"),
         rows=rows,
-        numeric=frozenset(range(2, 4 + len(starts))),
-        caption="Every run comes to rest, from all three angles; the error does not depend on the angle.",
+        numeric=frozenset({2, 3, 4}),
+        caption=f"Peak voltage from {starts} rad. {_arrival(loops)}",
     )
+
+
+def _arrival(loops: Sequence[Loop]) -> str:
+    left = [run for loop in loops for run in loop.runs if not run.arrives]
+    if left:
+        return f"{len(left)} of the runs do not come to rest."
+    return "Every run comes to rest; where does not depend on the initial angle."
 
 
 def consequence_blocks(
@@ -50,24 +57,27 @@ def consequence_blocks(
     """The four loops: poles, figures 5 to 7, voltage, and which number moves the rest point."""
     return (
         Text(
-            text="The printed law (32)/(54) and estimator (53) were built from their printed text and run on the exact arm, "
-            "beside the exact ones."
+            text="The printed law (32)/(54) and estimator (53) were built from their printed text and run on the "
+            "exact arm, beside the exact ones."
         ),
-        _pole_table(loops),
-        _figure(
-            "poles", pictures, "Poles of the loop with estimator at its rest point.", "Poles in the complex plane."
+        _figure("steady", pictures, "The end of the runs from −1 rad, in degrees.", "Angles over time, at the end."),
+        _cause_table(causes),
+        Text(
+            text="Only what stands in the balance of torques, voltages and estimates at rest moves the rest point. "
+            "Factors of the velocity, and of the error of the estimate where that is zero at rest, change the way and "
+            "not the end. The errors do not simply add up: each changes the weight of the others.",
+            quiet=True,
+        ),
+        Row(
+            blocks=(
+                _pole_table(loops),
+                _figure("poles", pictures, "Poles of the loop with estimator, at rest.", "Poles in the complex plane."),
+            )
         ),
         _figure("figure-5", pictures, f"Figure 5, drawn anew. {notes()['figure']['5']}", "Link angle over time."),
         _figure("figure-6", pictures, f"Figure 6, drawn anew. {notes()['figure']['6']}", "Link angle over time."),
         _figure("figure-7", pictures, f"Figure 7, drawn anew. {notes()['figure']['7']}", "Estimated angle over time."),
         _figure("voltage", pictures, "The voltage of the runs of Figure 6.", "Voltage over time."),
-        _cause_table(causes),
-        Text(
-            text="Only what stands in the balance of torques, voltages or estimates at rest can move the rest point. "
-            "Factors of the velocity, and of the measured error where the estimate is unbiased, change the way and not "
-            "the end. The errors do not simply add up: each changes the slope of the others.",
-            quiet=True,
-        ),
     )
 
 
@@ -87,17 +97,21 @@ def rest_table(rests: Equilibria) -> Table:
 
 def passive_blocks(passive: Passive, pictures: Mapping[str, str]) -> tuple[Block, ...]:
     """Static equilibria (10), natural frequencies (12), and how far the linear equation (11) reaches."""
-    chosen = tuple((f"${_symbol(p.name)}$", f"{p.value} {p.unit}", p.text, p.source) for p in passive.chosen)
+    chosen = tuple(
+        (f"${_symbol(p.name)}$", f"{number_text(p.value or sp.nan)} {p.unit.replace('*', ' ')}", p.text, p.source)
+        for p in passive.chosen
+    )
     releases = tuple((f"{r.degrees:g}°", f"{r.largest_difference:.2f}°") for r in passive.releases)
     return (
         Text(text="The paper gives no numbers for the muscles. Chosen here:"),
         Table(head=("parameter", "value", "what it is", "why"), rows=chosen),
         _rest_table(
-            passive.rests, "Static equilibria (10) within one turn either way, all of them (proved), with (12)."
+            passive.rests, "Static equilibria (10) within one turn either way, proved to be all, and (12) there."
         ),
         _rest_table(
             passive.weaker,
-            f"With a biceps {passive.weaker_by} times weaker there are several; at the middle one (12) has no real value.",
+            f"With a biceps {passive.weaker_by} times weaker there are several (some where no elbow goes); where "
+            "(12) has no real value the forearm falls away.",
         ),
         Row(
             blocks=(
@@ -142,15 +156,15 @@ def _cause_table(causes: Sequence[Cause]) -> Table:
     rows = tuple(
         (
             place_text(cause.deviation.place),
-            f"${_decimals(cause.deviation.printed)}$",
-            f"${_decimals(cause.deviation.exact)}$",
+            f"${decimals(cause.deviation.printed)}$",
+            f"${decimals(cause.deviation.exact)}$",
             degrees(cause.alone),
             degrees(cause.repaired),
         )
         for cause in sorted(causes, key=lambda cause: -abs(cause.alone))
     )
     return Table(
-        head=("number", "printed", "exactly", "alone as printed", "alone repaired"),
+        head=("number", "printed", "exactly", "it alone as printed", "all but it as printed"),
         rows=rows,
         numeric=frozenset({3, 4}),
         caption="Which number causes which steady error, one at a time, in the loop with the estimator.",
@@ -170,10 +184,6 @@ def _complex_list(values: Sequence[complex]) -> str:
         elif value.imag > 0:
             parts.append(rf"${value.real:.3f} \pm {value.imag:.3f} j$")
     return ", ".join(parts)
-
-
-def _decimals(value: sp.Expr) -> str:
-    return to_latex(with_decimals(value, 6)) if not value.is_number else number_text(value)
 
 
 def _symbol(name: str) -> str:

@@ -69,7 +69,7 @@ class Exact:
 
     def named(self, entries: sp.MatrixBase | Sequence[sp.Expr]) -> sp.ImmutableDenseMatrix:
         """A matrix, or entries as a column, in the paper's names."""
-        matrix = entries if isinstance(entries, sp.MatrixBase) else sp.Matrix(list(entries))
+        matrix = sp.ImmutableDenseMatrix(entries if isinstance(entries, sp.MatrixBase) else list(entries))
         return sp.ImmutableDenseMatrix(matrix.xreplace(self.names))
 
 

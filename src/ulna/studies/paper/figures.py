@@ -16,6 +16,7 @@ from ulna.studies.paper.schematics import arm_schematic, circuit_schematic, fore
 from ulna.system import Equilibria
 
 _SHOWN_SECONDS = 5.0
+_SETTLED_SECONDS = 2.0
 
 
 def draw(
@@ -32,10 +33,9 @@ def draw(
         "figure-5": _compared(feedback, ANGLE, "link angle"),
         "figure-6": _compared(output, ANGLE, "link angle"),
         "figure-7": _compared(output, f"{ANGLE}_hat", "estimated link angle"),
+        "steady": _steady((output[0], feedback[1], output[1])),
         "voltage": _compared(output, "u", "armature voltage", unit="V"),
-        "poles": plot_poles(
-            {"exact": output[0].rest.poles, "as printed": output[1].rest.poles}, title="Closed-loop poles at rest"
-        ),
+        "poles": plot_poles({"exact": output[0].rest.poles, "as printed": output[1].rest.poles}),
         "forearm": _passive(passive),
     }
 
@@ -58,6 +58,17 @@ def _compared(pair: tuple[Loop, Loop], signal: str, quantity: str, *, unit: str 
             label = f"{_from(run)}, {words}"
             curves.append(Curve(label=label, times=run.times[shown], values=run[signal][shown], hue=hue, dash=dash))
     return plot_curves(curves, quantity=quantity, unit=unit, levels=(0.0,))
+
+
+def _steady(chosen: Sequence[Loop]) -> Figure:
+    """The end of the runs from the second angle, in degrees: where the loops come to rest."""
+    curves = []
+    for hue, loop in enumerate(chosen):
+        run = loop.runs[1].trajectory
+        shown = (run.times >= _SETTLED_SECONDS) & (run.times <= _SHOWN_SECONDS)
+        values = np.degrees(run[ANGLE][shown])
+        curves.append(Curve(label=loop.title, times=run.times[shown], values=values, hue=hue, dash=int(loop.printed)))
+    return plot_curves(curves, quantity="link angle", unit="degrees", levels=(0.0,), height=3.0)
 
 
 def _passive(passive: Passive) -> Figure:

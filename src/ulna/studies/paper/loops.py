@@ -1,4 +1,4 @@
-"""The loops of the paper, exact and as printed: the printed law (32)/(54) and estimator (53) built from the printed text."""
+"""The loops of the paper, exact and as printed: law (32)/(54) and estimator (53) built from the printed text."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def deviations(exact: Controller, printed: Controller) -> tuple[Deviation, ...]:
         if good != bad:
             found.append(
                 Deviation(
-                    place=f"law, {shape}",
+                    place=f"(32), {shape}",
                     printed=bad,
                     exact=good,
                     alone=replace(exact, law=exact.law - good + bad),
@@ -182,4 +182,4 @@ def _with(matrix: sp.ImmutableDenseMatrix, row: int, column: int, value: sp.Expr
 
 def _place(field: str, row: int, column: int, columns: int) -> str:
     where = f"row {row + 1}" + (f", column {column + 1}" if columns > 1 else "")
-    return f"estimator, {field}, {where}"
+    return f"(53), {field}, {where}"

@@ -5,15 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ulna.report import Badge, Block, Document, Formula, Link, Picture, Row, Section, Table, Text, Tone
-from ulna.studies.paper.cards import anchor, badge, exact_text, finding_badge, passage_card, place_text, to_latex
+from ulna.report import Badge, Block, Document, Fold, Formula, Link, Picture, Row, Section, Table, Text, Tone
+from ulna.studies.paper.cards import (
+    anchor,
+    badge,
+    decimals,
+    exact_text,
+    finding_badge,
+    passage_card,
+    place_text,
+    plain_words,
+    printed_text,
+    to_latex,
+)
 from ulna.studies.paper.compare import Finding
 from ulna.studies.paper.consequences import consequence_blocks, degrees, loop_table, passive_blocks, rest_table
 from ulna.studies.paper.exact import Exact
-from ulna.studies.paper.judge import Judged, JudgedClaim, count, notes
+from ulna.studies.paper.judge import JudgedClaim, count, notes
 from ulna.studies.paper.passive import Passive
 from ulna.studies.paper.printed import Paper
 from ulna.studies.paper.runs import Cause, Loop
+from ulna.studies.paper.verdict import Judged
 from ulna.system import Equilibria
 
 _SECTIONS = {
@@ -47,8 +59,8 @@ def document(found: Findings, pictures: Mapping[str, str]) -> Document:
     tones = {Finding.AGREES: Tone.GOOD, Finding.ROUNDING: Tone.MILD, Finding.MISPRINT: Tone.BAD}
     return Document(
         title="The paper, equation by equation",
-        lead=f"{found.paper.title} ({found.paper.citation}): every numbered equation recomputed from the plant, exactly, "
-        "compared with what is printed, and the printed controller run beside the exact one.",
+        lead=f"{found.paper.title} ({found.paper.citation}): every numbered equation recomputed from the plant, "
+        "exactly, compared with what is printed, and the printed controller run beside the exact one.",
         facts=(
             *((str(counts[finding]), f"equations {words}", tones[finding]) for finding, words in names.items()),
             (str(counts[Finding.STATEMENT]), "definitions and laws hold", Tone.PLAIN),
@@ -56,7 +68,7 @@ def document(found: Findings, pictures: Mapping[str, str]) -> Document:
         ),
         sections=(
             Section(anchor="short", title="In short", blocks=_in_short(found)),
-            Section(anchor="misprints", title="The misprints", blocks=(_misprint_table(found.judged),)),
+            Section(anchor="misprints", title="The misprints", blocks=_misprints(found.judged)),
             Section(
                 anchor="consequences",
                 title="What the printed controller does",
@@ -74,8 +86,6 @@ def document(found: Findings, pictures: Mapping[str, str]) -> Document:
 
 def _in_short(found: Findings) -> tuple[Block, ...]:
     exact = found.exact
-    correction = exact.observer_form.jacobian * exact.observer.gains
-    del correction
     poles = ", ".join(f"${to_latex(pole)}$" for pole in exact.choices.controller_poles)
     observer = ", ".join(f"${to_latex(pole)}$" for pole in exact.choices.observer_poles)
     printed = next(loop for loop in found.loops if loop.key == "compensator_printed")
@@ -84,54 +94,55 @@ def _in_short(found: Findings) -> tuple[Block, ...]:
     law = exact.named(exact.law.expressions)[0]
     return (
         Text(
-            text="The method of the paper is sound: done exactly, it gives a law and an estimator that bring the arm to "
-            f"the horizontal from every initial angle tried, with the poles {poles} of the loop and {observer} of the "
-            "estimate, the ones the paper asks for."
+            text="The method of the paper is sound: done exactly, it gives a law and an estimator that bring the arm "
+            f"to the horizontal from every initial angle tried, with the poles {poles} of the loop and {observer} of "
+            "the estimate, the ones the paper asks for."
         ),
-        Formula(latex=f"u = {decimal_latex(law)}", caption="the law, exactly (printed as (32) and (54))"),
+        Formula(latex=f"u = {decimals(law)}", caption="the law, exactly (printed as (32) and (54))"),
         Text(
             text="The numbers that are printed do not. With the law as printed and the true states the arm rests at "
             f"{degrees(feedback.steady_error_degrees)}; with the printed estimator as well, at "
             f"{degrees(printed.steady_error_degrees)}, whatever the initial angle. The largest single cause is no "
-            f"misprint but a rounding: {place_text(worst.deviation.place)}, printed ${to_latex(worst.deviation.printed)}$ "
-            f"for ${to_latex(worst.deviation.exact)}$, is worth {degrees(worst.alone)} by itself."
+            f"misprint but a rounding: {place_text(worst.deviation.place)}, printed "
+            f"${decimals(worst.deviation.printed)}$ for "
+            f"${decimals(worst.deviation.exact)}$, is worth {degrees(worst.alone)} by itself."
         ),
         loop_table(found.loops),
     )
 
 
-def decimal_latex(value: object) -> str:
-    """LaTeX with decimals in place of fractions."""
-    from ulna.report import with_decimals
-
-    return to_latex(with_decimals(value, 6))  # type: ignore[arg-type]
-
-
-def _misprint_table(judged: Sequence[Judged]) -> Table:
-    """Every misprint that is not merely copied from an earlier one."""
-    rows = tuple(
-        (
-            Link(text=entry.passage.label, anchor=anchor(entry)),
-            place_text(c.place),
-            c.printed if len(c.printed) < 30 else "the formula",
-            exact_text(c.exact),
-            c.meaning.split(" exactly; ", 1)[-1],
-        )
-        for entry in judged
-        for c in entry.own_misprints
+def _misprints(judged: Sequence[Judged]) -> tuple[Block, ...]:
+    """Every misprint that is not merely copied from an earlier one, those in numbers first."""
+    found = [(entry, c) for entry in judged for c in entry.own_misprints]
+    numbers = [pair for pair in found if pair[1].exact.is_number]
+    others = [pair for pair in found if not pair[1].exact.is_number]
+    return (
+        Text(text="Without those that only copy an earlier one; they are marked in the sections below."),
+        Table(
+            head=("equation", "where", "printed", "exactly", "what it is"),
+            rows=tuple(
+                (_link(e), place_text(c.place), printed_text(c), exact_text(c.exact), plain_words(c.meaning))
+                for e, c in numbers
+            ),
+            caption="In numbers",
+        ),
+        Table(
+            head=("equation", "what it is"),
+            rows=tuple((_link(e), plain_words(c.meaning)) for e, c in others),
+            caption="In names and formulas",
+        ),
     )
-    return Table(
-        head=("equation", "where", "printed", "exactly", "what it is"),
-        rows=rows,
-        caption="Without those that only copy an earlier one.",
-    )
+
+
+def _link(judged: Judged) -> Link:
+    return Link(text=judged.passage.label, anchor=anchor(judged))
 
 
 def _uncontrolled(found: Findings, pictures: Mapping[str, str]) -> tuple[Block, ...]:
     return (
         Text(
-            text="Without voltage the arm has an equilibrium at every odd multiple of a quarter turn. All of them in two "
-            "turns were found, and interval arithmetic proves that there are no others."
+            text="Without voltage the arm has an equilibrium at every odd multiple of a quarter turn. Those within one "
+            "turn either way were found, and interval arithmetic proves that there are no others there."
         ),
         rest_table(found.rests),
         _picture(
@@ -180,7 +191,10 @@ def _equations(judged: Sequence[Judged]) -> list[Section]:
             anchor=f"section-{key}",
             title=title,
             blocks=(
-                _overview([entry for entry in judged if entry.passage.section == key]),
+                Fold(
+                    title="Overview of this section",
+                    blocks=(_overview([entry for entry in judged if entry.passage.section == key]),),
+                ),
                 *(passage_card(entry) for entry in judged if entry.passage.section == key),
             ),
         )
@@ -189,15 +203,15 @@ def _equations(judged: Sequence[Judged]) -> list[Section]:
 
 
 def _overview(judged: Sequence[Judged]) -> Table:
-    rows = tuple((Link(text=e.passage.label, anchor=anchor(e)), e.passage.title, badge(e)) for e in judged)
+    rows = tuple((_link(e), e.passage.title, badge(e)) for e in judged)
     return Table(head=("equation", "what it is", "verdict"), rows=rows)
 
 
 def _method() -> tuple[Block, ...]:
     return (
         Text(
-            text="Exact values come from the plant alone, in rational arithmetic: the brackets, the transformation, the "
-            "law, the observer. Printed ones come from a data file that holds the paper's formulas digit by digit."
+            text="Exact values come from the plant alone, in rational arithmetic: the brackets, the transformation, "
+            "the law, the observer. Printed ones come from a data file that holds the paper's formulas digit by digit."
         ),
         Table(
             head=("verdict", "rule"),
@@ -208,17 +222,18 @@ def _method() -> tuple[Block, ...]:
                 ),
                 (
                     finding_badge(Finding.ROUNDING),
-                    "It is what comes out of the paper's own earlier rounded numbers, or its digits were cut off instead of rounded.",
+                    "It comes out of the paper's own earlier rounded numbers, or digits were cut off instead of rounded.",
                 ),
                 (finding_badge(Finding.MISPRINT), "Neither. “Copied” where it follows from an earlier misprint."),
                 (
                     finding_badge(Finding.STATEMENT),
-                    "A definition or a general law; it was evaluated on the arm, or for arbitrary functions, and holds.",
+                    "A definition or a general law; it holds, evaluated on the arm or for arbitrary functions.",
                 ),
             ),
         ),
         Text(
-            text="Angles are in radians, counted upward in (1) to (12) and downward from (13) on; everything is in SI units.",
+            text="Angles are in radians, counted upward in (1) to (12) and downward from (13) on; everything is in "
+            "SI units.",
             quiet=True,
         ),
     )

@@ -92,7 +92,7 @@ def _derivatives(paper: Paper) -> list[Judged]:
 
 
 def _sum_over_coordinates(paper: Paper) -> Comparison:
-    """The sum of (20), its partial derivatives and components as symbols: which terms are too much, which are missing."""
+    """The sum of (20) with its partial derivatives as symbols: which terms are too much, which are missing."""
     text = str(paper.entry("lie_derivative", "sum"))
     slopes, components = sp.symbols("h1:4", real=True), sp.Matrix(sp.symbols("f1:4", real=True))
     exact = lie_derivative(sum(s * x for s, x in zip(slopes, X, strict=True)), components, X)

@@ -13,10 +13,11 @@ from ulna.models.forearm import SmallOscillations
 from ulna.report import plain
 from ulna.studies.paper.compare import Comparison
 from ulna.studies.paper.exact import Exact
-from ulna.studies.paper.judge import Judged, JudgedClaim, count, notes
+from ulna.studies.paper.judge import JudgedClaim, count, notes
 from ulna.studies.paper.passive import Passive, rest_angle
 from ulna.studies.paper.printed import Paper
 from ulna.studies.paper.runs import Cause, Loop
+from ulna.studies.paper.verdict import Judged
 from ulna.symbolic.text import formula
 from ulna.system import Equilibria
 

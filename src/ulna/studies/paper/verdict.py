@@ -54,7 +54,7 @@ def statement(passage: Passage, holds: bool, meaning: str) -> Judged:
 
 
 def compare_law(
-    printed: object, exact: sp.Expr | sp.MatrixBase, *, text: str, place: str = "", meaning: str = ""
+    printed: sp.Expr | sp.MatrixBase, exact: sp.Expr | sp.MatrixBase, *, text: str, place: str = "", meaning: str = ""
 ) -> Comparison:
     """Return whether a general law, evaluated on an example, gives what the library gives.
 
@@ -80,7 +80,7 @@ def compare_law(
         return found(Finding.MISPRINT, f"it has {_shape(printed)} where {_shape(exact)} are due")
     if isinstance(exact, sp.MatrixBase) or isinstance(printed, sp.MatrixBase):
         return found(Finding.MISPRINT, "a matrix stands where a number is due, or the other way round")
-    if isinstance(printed, sp.Expr) and compare_formula(printed, exact).finding is Finding.AGREES:
+    if compare_formula(printed, exact).finding is Finding.AGREES:
         return found(Finding.STATEMENT, meaning)
     return found(Finding.MISPRINT, "it does not hold")
 
