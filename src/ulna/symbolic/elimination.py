@@ -1,22 +1,30 @@
-"""Row reduction and null spaces of matrices of functions, generic in coordinates and parameters."""
+"""Normal forms, common factors, row reduction and null spaces of functions, generic in coordinates and parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
-from sympy import Abs, Expr, ImmutableDenseMatrix, Integer, Pow, cancel, log, together
+from sympy import Abs, Expr, ImmutableDenseMatrix, Integer, Pow, cancel, log, sign, together
 from sympy.functions.elementary.hyperbolic import InverseHyperbolicFunction
 from sympy.functions.elementary.trigonometric import InverseTrigonometricFunction
 from sympy.matrices import MatrixBase
 
+from ulna.symbolic.angles import with_plain_angles
 from ulna.symbolic.budget import attempt
+from ulna.symbolic.embed import attempt_exactly, embed
+from ulna.symbolic.field import Field, Polynomial
 from ulna.symbolic.finite_field import FieldSample
+from ulna.symbolic.finite_field import null_space as residue_null_space
+from ulna.symbolic.minors import maximal_minors, polynomial_rows
 from ulna.symbolic.zero import SampledZero
 
-_SECONDS_PER_ENTRY = 0.3
+_SECONDS = 3.0
+_SECONDS_PER_ENTRY = 0.5
 _POINTS = 8
+_MANY_MINORS = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,14 +62,107 @@ def _has_hidden_relations(expression: Expr) -> bool:
 
 
 def normal(expression: Expr) -> Expr:
-    """The expression as one reduced fraction where that is found quickly, else over a common denominator."""
+    """The expression as one fraction in lowest terms and irreducible factors, where that is found quickly."""
     if expression.is_Atom:
         return expression
-    reduced = attempt(_SECONDS_PER_ENTRY, "cancel", cancel, expression)
-    if reduced.value is not None:
-        return reduced.value
-    joined = attempt(_SECONDS_PER_ENTRY, "together", together, expression)
-    return joined.value if joined.value is not None else expression
+    exact = attempt_exactly(_SECONDS_PER_ENTRY, "normal form", _normal_form, expression)
+    if exact.value is not None and not exact.value.has(sign, Abs):
+        return exact.value
+    for what, function in (("cancel", cancel), ("together", together)):
+        found = attempt(_SECONDS_PER_ENTRY, what, function, expression)
+        if found.value is not None:
+            return found.value
+    return expression
+
+
+def _normal_form(expression: Expr) -> Expr:
+    [plain], meaning = with_plain_angles([expression])
+    ring, [element] = embed([plain])
+    return ring.factored(ring.make(*element)).xreplace(meaning)
+
+
+def without_common_factor(expressions: Sequence[Expr]) -> tuple[Expr, ...]:
+    """Multiples of the expressions by one common function: no denominators and no common factor left.
+
+    The entries come in irreducible factors. What cannot be brought to polynomials is divided by its simplest entry.
+    """
+    found = attempt_exactly(_SECONDS, "common factor", _primitive_row, expressions)
+    if found.value is not None and not any(e.has(sign, Abs) for e in found.value):
+        return found.value
+    entries = [e for e in expressions if not vanishes(e)]
+    divisor = min(entries, key=lambda e: e.count_ops(), default=Integer(1))
+    return tuple(Integer(0) if vanishes(e) else normal(e / divisor) for e in expressions)
+
+
+def _primitive_row(expressions: Sequence[Expr]) -> tuple[Expr, ...]:
+    plain, meaning = with_plain_angles(expressions)
+    rows = polynomial_rows(ImmutableDenseMatrix([list(plain)]).as_mutable())
+    return tuple(e.xreplace(meaning) for e in _primitive(rows.ring, list(rows.rows[0])))
+
+
+def _primitive(ring: Field, polynomials: list[Polynomial]) -> tuple[Expr, ...]:
+    nonzero = [k for k, p in enumerate(polynomials) if not p.is_zero()]
+    kept = ring.coprime(ring.without_common_roots([polynomials[k] for k in nonzero]))
+    values = {k: ring.factored((p, ring.one)) for k, p in zip(nonzero, kept, strict=True)}
+    return tuple(values.get(k, Integer(0)) for k in range(len(polynomials)))
+
+
+def null_space(matrix: MatrixBase) -> tuple[ImmutableDenseMatrix, ...]:
+    """Columns that span {v : matrix v = 0} on an open dense set, without common factors.
+
+    Cramer's rule with the simplest minor of full rank; if the exact algebra gives up, elimination.
+    """
+    rows = _independent_rows(matrix)
+    if not rows:
+        return tuple(ImmutableDenseMatrix.eye(matrix.cols)[:, j] for j in range(matrix.cols))
+    chosen = ImmutableDenseMatrix(matrix).extract(list(rows), list(range(matrix.cols)))
+    if len(list(combinations(range(matrix.cols), len(rows)))) <= _MANY_MINORS:
+        found = attempt_exactly(_SECONDS, "minors", _null_space_by_minors, chosen)
+        if found.value is not None and not any(v.has(sign, Abs) for v in found.value):
+            return found.value
+    return _null_space_by_elimination(chosen)
+
+
+def _null_space_by_minors(matrix: MatrixBase) -> tuple[ImmutableDenseMatrix, ...]:
+    plain, meaning = with_plain_angles(list(matrix))
+    data = polynomial_rows(ImmutableDenseMatrix(*matrix.shape, plain).as_mutable())
+    ring, n = data.ring, matrix.cols
+    minors = maximal_minors(ring, data.rows, range(n))
+    nonzero = {key: minor for key, minor in minors.items() if not minor.is_zero()}
+    pivots = min(nonzero, key=lambda key: (len(nonzero[key]), nonzero[key].total_degree(), sorted(key)))
+    columns = []
+    for free in sorted(set(range(n)) - pivots):
+        entries = [ring.none] * n
+        # Among the columns of the pivot minor and the free one: alternating minors, each leaving one column out.
+        for position, column in enumerate(sorted(pivots | {free})):
+            minor = minors.get((pivots | {free}) - {column}, ring.none)
+            entries[column] = -minor if position % 2 else minor
+        columns.append(ImmutableDenseMatrix(n, 1, [e.xreplace(meaning) for e in _primitive(ring, entries)]))
+    return tuple(columns)
+
+
+def _independent_rows(matrix: MatrixBase) -> tuple[int, ...]:
+    """Rows that span all rows at a random point of a finite field."""
+    sample = FieldSample(4 * _POINTS)
+    values = np.array([sample.table(list(matrix.row(i))) for i in range(matrix.rows)])
+    good = np.nonzero(sample.valid)[0]
+    if good.size == 0 or matrix.rows == 0:
+        return tuple(range(matrix.rows))
+    dependent = {max(v) for v in residue_null_space(values[:, :, good[0]].T)}
+    return tuple(i for i in range(matrix.rows) if i not in dependent)
+
+
+def _null_space_by_elimination(matrix: MatrixBase) -> tuple[ImmutableDenseMatrix, ...]:
+    reduction = row_reduce(matrix)
+    n = matrix.cols
+    columns = []
+    for free in sorted(set(range(n)) - set(reduction.pivots)):
+        entries: list[Expr] = [Integer(0)] * n
+        entries[free] = Integer(1)
+        for i, pivot in enumerate(reduction.pivots):
+            entries[pivot] = -reduction.rows[i, free]
+        columns.append(ImmutableDenseMatrix(n, 1, entries))
+    return tuple(columns)
 
 
 def row_reduce(matrix: MatrixBase) -> RowReduction:
@@ -89,20 +190,6 @@ def row_reduce(matrix: MatrixBase) -> RowReduction:
     return RowReduction(
         rows=ImmutableDenseMatrix(len(done), matrix.cols, flat), pivots=tuple(column for column, _ in done)
     )
-
-
-def null_space(matrix: MatrixBase) -> tuple[ImmutableDenseMatrix, ...]:
-    """Columns that span {v : matrix v = 0} on an open dense set; one per column without pivot, where it is 1."""
-    reduction = row_reduce(matrix)
-    n = matrix.cols
-    columns = []
-    for free in sorted(set(range(n)) - set(reduction.pivots)):
-        entries: list[Expr] = [Integer(0)] * n
-        entries[free] = Integer(1)
-        for i, pivot in enumerate(reduction.pivots):
-            entries[pivot] = -reduction.rows[i, free]
-        columns.append(ImmutableDenseMatrix(n, 1, entries))
-    return tuple(columns)
 
 
 def _eliminated(row: Sequence[Expr], pivot: Sequence[Expr], column: int) -> list[Expr]:

@@ -10,7 +10,7 @@ from sympy import Expr, Symbol
 from ulna.symbolic import integrating_factor as factors
 from ulna.symbolic import pfaffian
 from ulna.symbolic.budget import attempt
-from ulna.symbolic.elimination import normal, vanishes
+from ulna.symbolic.elimination import normal, vanishes, without_common_factor
 from ulna.symbolic.potential import potential_by_quadrature, potential_in_span
 
 
@@ -82,7 +82,7 @@ class FormSearch:
             yield from self._potential(self.components)
 
     def _divided(self) -> Iterator[Expr]:
-        stripped = factors.stripped(self.components)
+        stripped = without_common_factor(self.components)
         if is_closed(stripped, self.coordinates):
             yield from self._potential(stripped)
         for divisor in stripped:
@@ -92,7 +92,7 @@ class FormSearch:
                     yield from self._potential(divided)
 
     def _products(self) -> Iterator[Expr]:
-        stripped = factors.stripped(self.components)
+        stripped = without_common_factor(self.components)
         for form in dict.fromkeys((stripped, self.components)):
             factor = factors.factor_from_products(form, self.coordinates, self.hints, spectators=self.spectators)
             if factor is not None:
@@ -103,7 +103,7 @@ class FormSearch:
                     yield found
 
     def _reciprocals(self) -> Iterator[Expr]:
-        stripped = factors.stripped(self.components)
+        stripped = without_common_factor(self.components)
         found = factors.reciprocal_factors(stripped, self.coordinates, spectators=self.spectators)
         if len(found) > 1:
             yield found[0] / found[1]

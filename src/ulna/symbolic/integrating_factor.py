@@ -10,11 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sympy import Add, Expr, Integer, Symbol, exp, fraction, gcd_terms, lcm_list, log, together
-from sympy.polys.polyerrors import PolynomialError
+from sympy import Add, Expr, Integer, Symbol, exp, gcd_terms, log
 
 from ulna.symbolic.ansatz import LinearEquations, Span, solutions
-from ulna.symbolic.elimination import normal, vanishes
 from ulna.symbolic.letters import irreducible_factors, letters, words
 
 _LARGEST_SPAN = 350
@@ -26,18 +24,6 @@ def pivot_of(components: Sequence[Expr]) -> int:
         (i for i, w in enumerate(components) if w != 0),
         key=lambda i: (bool(components[i].free_symbols), components[i].count_ops(), i),
     )
-
-
-def stripped(components: Sequence[Expr]) -> tuple[Expr, ...]:
-    """The form without denominators and without the common factor of its components, over the letters."""
-    pivot = pivot_of(components)
-    ratios = [normal(w / components[pivot]) for w in components]
-    denominators = [fraction(together(r))[1] for r in ratios]
-    try:
-        common = lcm_list(denominators)
-    except PolynomialError:
-        common = normal(1 / Add(*(1 / d for d in denominators)))
-    return tuple(Integer(0) if vanishes(r) else normal(r * common) for r in ratios)
 
 
 def kernel_equations(

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import combinations_with_replacement
 
-from sympy import Add, Expr, Mul, Pow, Rational, Symbol, cos, cot, exp, factor_list, fraction, log, sin, tan, together
+from sympy import Add, Expr, Mul, Pow, Rational, Symbol, cos, cot, exp, log, sin, tan
 from sympy.core.function import AppliedUndef, Function
-from sympy.polys.polyerrors import PolynomialError
+
+from ulna.symbolic.elimination import normal
 
 _PARTNER = {sin: cos, cos: sin}
 
@@ -67,26 +68,16 @@ def _primitive_exponentials(found: Iterable[Expr]) -> list[Expr]:
 
 
 def irreducible_factors(expressions: Iterable[Expr], coordinates: Sequence[Symbol]) -> tuple[Expr, ...]:
-    """The distinct irreducible factors, over the letters, of numerators and denominators; constants left out.
-
-    Sines and cosines count as independent here, so 1 − sin²u comes apart as (1 − sin u)(1 + sin u).
-    """
+    """The distinct irreducible factors, over the letters, of numerators and denominators; constants left out."""
     own = set(coordinates)
     found: dict[Expr, None] = {}
     for expression in expressions:
-        for part in fraction(together(expression)):
-            for factor in _factors(part):
-                if own & factor.free_symbols and not isinstance(factor, exp):
-                    found.setdefault(factor)
+        for factor in Mul.make_args(normal(expression)):
+            base = factor.as_base_exp()[0]
+            base = -base if isinstance(base, Add) and base.could_extract_minus_sign() else base
+            if own & base.free_symbols and not isinstance(factor, exp):
+                found.setdefault(base)
     return tuple(sorted(found, key=lambda e: (e.count_ops(), str(e))))
-
-
-def _factors(expression: Expr) -> list[Expr]:
-    try:
-        factors = [base for base, _ in factor_list(expression)[1]]
-    except PolynomialError:
-        factors = [factor.as_base_exp()[0] for factor in Mul.make_args(expression)]
-    return [-f if isinstance(f, Add) and f.could_extract_minus_sign() else f for f in factors]
 
 
 def words(alphabet: Sequence[Expr], degree: int, limit: int) -> list[tuple[int, ...]]:
