@@ -54,7 +54,7 @@ def operating_point(system: System) -> OperatingPoint:
     candidates = (
         lambda: _solved(rates, {**given, **zero_states}, rest_inputs, system),
         lambda: _solved(rates, {**given, **zero_inputs}, rest_states, system) if rest_states else None,
-        lambda: _solved(rates, given, [*rest_states, *rest_inputs], system) if rest_states else None,
+        lambda: _solved(rates, given, [*rest_states, *rest_inputs], system) if rest_states and rest_inputs else None,
     )
     for candidate in candidates:
         point = candidate()
@@ -62,12 +62,24 @@ def operating_point(system: System) -> OperatingPoint:
             verdict = _equilibrium(system, rates, point)
             if verdict.holds:
                 return _point(system, point, verdict)
-    if system.values:
+    if given and system.values:
         at_values = operating_point(system.with_values())
         if at_values.equilibrium.holds:
             return _point(system, at_values.values, at_values.equilibrium)
     point = {**given, **zero_states, **zero_inputs}
     return _point(system, point, _equilibrium(system, rates, point))
+
+
+def given_point(system: System) -> OperatingPoint:
+    """The given operating point, zeros where nothing is given; whether it is an equilibrium is not asked."""
+    given = dict(system.operating_point)
+    verdict = Verdict.undecided(f"'{system.name}' rests at its operating point", reason="not asked for a large plant")
+    return OperatingPoint(
+        system=system,
+        states={s.symbol: given.get(s.name, sp.Integer(0)) for s in system.states},
+        inputs={s.symbol: given.get(s.name, sp.Integer(0)) for s in system.inputs},
+        equilibrium=verdict,
+    )
 
 
 def _point(system: System, point: Mapping[sp.Symbol, sp.Expr], verdict: Verdict) -> OperatingPoint:
