@@ -82,6 +82,10 @@ class SympyReader:
             self._indices[expression] = index
         return index
 
+    def define(self, symbol: sp.Symbol, expression: sp.Basic) -> None:
+        """Let a symbol stand for an expression from here on."""
+        self._indices[symbol] = self.index_of(expression)
+
     def _read(self, expression: sp.Basic) -> int:
         if self._is_constant(expression):
             return self.listing.constant(rounded(expression, self.name))

@@ -77,6 +77,7 @@ def kernel(
     outputs: Mapping[str, sp.Expr],
     *,
     held: Collection[sp.Symbol] = (),
+    definitions: Mapping[sp.Symbol, sp.Expr] | None = None,
 ) -> Kernel:
     """The kernel of `outputs` as functions of `inputs`.
 
@@ -87,6 +88,8 @@ def kernel(
             nearest double here and nowhere earlier.
         held: inputs that keep their value during a run (parameters); terms and factors made of them alone are
             computed first, so that `hoist` finds them.
+        definitions: abbreviations that outputs and later definitions may use, in order; read once and never put in,
+            so that a plant of thousands of operations stays one.
 
     Raises:
         FormulaError: a symbol that is not an input, a function or constant with no real double-precision value,
@@ -95,8 +98,10 @@ def kernel(
     names = tuple(symbol.name for symbol in inputs)
     check_names(name, names, outputs)
     expressions = {label: sp.sympify(expression) for label, expression in outputs.items()}
-    _check_bound(name, inputs, expressions)
+    _check_bound(name, (*inputs, *(definitions or ())), expressions)
     reader = SympyReader(name, tuple(inputs), held)
+    for symbol, expression in (definitions or {}).items():
+        reader.define(symbol, expression)
     results = tuple(reader.index_of(expression) for expression in expressions.values())
     instructions, results = pruned(len(names), reader.listing.instructions, results)
     return Kernel(name=name, inputs=names, outputs=tuple(expressions), instructions=instructions, results=results)

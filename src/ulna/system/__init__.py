@@ -4,6 +4,7 @@ from ulna.system.affine import ControlAffine, control_affine, non_smooth_terms
 from ulna.system.connect import connect
 from ulna.system.equilibria import Equilibria, Equilibrium, equilibria
 from ulna.system.file import read_system, write_system
+from ulna.system.linear_injection import LinearInjection
 from ulna.system.linearise import Linearisation, linearise
 from ulna.system.operating_point import OperatingPoint, operating_point
 from ulna.system.rest_point import RestPoint, rest_point
@@ -16,6 +17,7 @@ __all__ = [
     "Definition",
     "Equilibria",
     "Equilibrium",
+    "LinearInjection",
     "Linearisation",
     "OperatingPoint",
     "Parameter",
