@@ -11,6 +11,7 @@ from ulna.cli.session import console, plant, print_json, progress
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from ulna.base.verdict import Verdict
     from ulna.design.analysis import Analysis
 
 _COLOURS = {"proved": "green", "refuted": "red", "supported": "yellow", "undecided": "dim"}
@@ -64,26 +65,33 @@ def _table(analysis: Analysis) -> Table:
     for key, finding in analysis.findings.items():
         status = str(finding.verdict.status)
         shown = f"[{_COLOURS[status]}]{status}[/]"
-        table.add_row(key, shown, escape(_text(finding.value)), escape(_evidence(finding.verdict.evidence)))
+        table.add_row(key, shown, escape(_text(finding.value)), escape(_evidence(finding.verdict)))
     return table
 
 
 def _text(value: Any, limit: int = 400) -> str:
+    """A value as one line: vectors and one-row matrices without brackets, mappings as equations."""
     from ulna.report.results import plain
 
-    shape = plain(value)
-    if shape is None:
-        return "–"
-    if isinstance(shape, list):
-        text = ", ".join(str(part) for part in shape)
-    elif isinstance(shape, dict):
-        text = "; ".join(f"{key} = {part}" for key, part in shape.items())
-    else:
-        text = str(shape)
+    text = _line(plain(value))
     return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters; --json shows all)"
 
 
-def _evidence(evidence: Any) -> str:
-    """The telling part of the evidence, one line."""
-    told = {k: v for k, v in evidence.items() if k not in ("points", "seed", "digits", "tolerance", "generically")}
-    return "; ".join(f"{key}: {_text(value, 160)}" for key, value in told.items() if value is not None)
+def _line(shape: Any) -> str:
+    if shape is None:
+        return "–"
+    if isinstance(shape, dict):
+        return "; ".join(f"{key} = {_line(part)}" for key, part in shape.items() if part not in ({}, []))
+    if isinstance(shape, list):
+        parts = [part[0] if isinstance(part, list) and len(part) == 1 else part for part in shape]
+        return ", ".join(f"({_line(part)})" if isinstance(part, list | dict) else str(part) for part in parts)
+    return str(shape)
+
+
+def _evidence(verdict: Verdict) -> str:
+    """The telling part of the evidence, one line: a counterexample whole, of a proof only what bounds it."""
+    sampling = {"points", "seed", "digits", "tolerance", "generically"}
+    proof = {"point", "rank", "rows", "method", "because", "per_output", "manifold", "inputs", "regular", "psi"}
+    dropped = sampling | (proof if verdict.holds else set())
+    told = {key: value for key, value in verdict.evidence.items() if key not in dropped and value is not None}
+    return "; ".join(f"{key}: {_text(value, 160)}" for key, value in told.items())
