@@ -1,0 +1,38 @@
+"""What a real clock does to the sampling instants."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ulna.base import SimulationError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Jitter:
+    """Sample k happens at k · period + U(0, width): the controller starts late by a random time and does not know.
+
+    Args:
+        width: s, less than the period.
+    """
+
+    width: float
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.width < math.inf):
+            raise SimulationError(f"Jitter(width={self.width})", "it must be a time from 0 on.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissedSamples:
+    """Each sample is missed with a probability: the controller does not run, its output and memory stay.
+
+    Args:
+        probability: of one sample, independent of the others.
+    """
+
+    probability: float
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.probability < 1):
+            raise SimulationError(f"MissedSamples(probability={self.probability})", "it lies in [0, 1).")

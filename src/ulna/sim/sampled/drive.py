@@ -1,0 +1,39 @@
+"""`Pwm`: the bridge that turns a commanded voltage into pulses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ulna.base import SimulationError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pwm:
+    """A sign-magnitude H bridge: for duty d = min(|u| / supply, 1) the pulse has the sign of u.
+
+    Its height is supply · (1 − sag · d), its length (d − dead_time · frequency) / frequency, not below zero. The plant
+    sees its mean over a carrier period, or with `switched` the pulses themselves, on from the start of each period.
+
+    Args:
+        frequency: carrier, Hz. supply: V at no load.
+        dead_time: s lost of each pulse. sag: fraction of the supply lost at full duty.
+        switched: integrate every pulse instead of the mean.
+    """
+
+    frequency: float
+    supply: float
+    dead_time: float = 0.0
+    sag: float = 0.0
+    switched: bool = False
+
+    def __post_init__(self) -> None:
+        for name, value in (("frequency", self.frequency), ("supply", self.supply)):
+            if not (0 < value < math.inf):
+                raise SimulationError(f"Pwm({name}={value})", "it must be a positive number.")
+        if not (0 <= self.dead_time * self.frequency < 1):
+            raise SimulationError(
+                f"Pwm(dead_time={self.dead_time})", f"it does not fit in a carrier period of {1 / self.frequency:g} s."
+            )
+        if not (0 <= self.sag < 1):
+            raise SimulationError(f"Pwm(sag={self.sag})", "it lies in [0, 1).")

@@ -1,0 +1,92 @@
+"""Source text of a kernel inside a loop: one line an operation, sine and cosine written out as arithmetic.
+
+Calls of the mathematical library would keep the compiler from working on many runs at once, and its vector forms round
+otherwise than its scalar ones. Written out, a run gives the same bits alone, in any place of a block, on any thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ulna.symbolic.instructions import Operation
+from ulna.symbolic.kernel import Kernel
+from ulna.symbolic.lowering.python_source import TEMPLATES, literal
+
+ROUNDING = "6755399441055744.0"
+"""1.5 · 2^52: adding and subtracting it rounds to the nearest whole number."""
+
+
+class Writer:
+    """Lines of source with indentation and names that are used once."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.depth = 0
+        self._count = 0
+
+    def line(self, text: str) -> None:
+        """Add a line at the present depth."""
+        self.lines.append("    " * self.depth + text)
+
+    def new(self, text: str) -> str:
+        """Add `name = text` and hand back the name."""
+        name = f"a{self._count}"
+        self._count += 1
+        self.line(f"{name} = {text}")
+        return name
+
+    def kernel(self, kernel: Kernel, names: Mapping[str, str]) -> list[str]:
+        """The kernel's instructions, inputs under the given names; the names of its results."""
+        values = [names[name] for name in kernel.inputs]
+        for instruction in kernel.instructions:
+            operation = instruction.operation
+            if operation is Operation.CONSTANT:
+                values.append(literal(instruction))
+                continue
+            operands = [values[k] for k in instruction.operands]
+            if operation is Operation.SIN:
+                values.append(self._sine(operands[0]))
+            elif operation is Operation.COS:
+                values.append(self._cosine(operands[0]))
+            elif operation is Operation.FLOOR:
+                values.append(self.floor(operands[0]))
+            else:
+                values.append(self.new(TEMPLATES[operation].format(*operands)))
+        return [values[result] for result in kernel.results]
+
+    def floor(self, value: str) -> str:
+        """The largest whole number not above it; numbers from 2^51 on are whole for this purpose."""
+        near = self.new(f"({value} + {ROUNDING}) - {ROUNDING}")
+        whole = self.new(f"near - 1.0 if near > {value} else near".replace("near", near))
+        return self.new(f"{whole} if abs({value}) < 2251799813685248.0 else {value}")
+
+    def _sine(self, angle: str) -> str:
+        n = self.new(f"({angle} * 0.3183098861837907 + {ROUNDING}) - {ROUNDING}")
+        value = self._sine_near_zero(angle, n)
+        return self.new(f"{value} if 2.0 * (({n} * 0.5 + {ROUNDING}) - {ROUNDING}) == {n} else -{value}")
+
+    def _cosine(self, angle: str) -> str:
+        """cos x = ∓ sin(x − (j + 1/2) π) for even and odd j."""
+        j = self.new(f"({angle} * 0.3183098861837907 - 0.5 + {ROUNDING}) - {ROUNDING}")
+        value = self._sine_near_zero(angle, self.new(f"{j} + 0.5"))
+        return self.new(f"-{value} if 2.0 * (({j} * 0.5 + {ROUNDING}) - {ROUNDING}) == {j} else {value}")
+
+    def _sine_near_zero(self, angle: str, turns: str) -> str:
+        """sin(x − n π) for |x − n π| ≤ π/2: within 3e-16 up to 1e6 rad, then within the spacing of doubles there.
+
+        π is the sum of 33 bits, whose products with n are exact, and 53 more. The polynomial interpolates
+        (sin r − r)/r³ in r² at Chebyshev's points; its two halves are computed side by side.
+        Reference: W. J. Cody, W. Waite, "Software Manual for the Elementary Functions", 1980, chapter 8.
+        """
+        r = self.new(f"({angle} - {turns} * 3.1415926534682512) - {turns} * 1.2154201013012384e-10")
+        w = self.new(f"{r} * {r}")
+        q = self.new(f"{w} * {w}")
+        even = self.new(
+            f"-0.16666666666666666 + {q} * (-0.00019841269841254885 + {q} * (-2.5052107613933993e-08 + "
+            f"{q} * -7.643963964341869e-13))"
+        )
+        odd = self.new(
+            f"0.008333333333333316 + {q} * (2.7557319219139174e-06 + {q} * (1.6058977114025027e-10 + "
+            f"{q} * 2.7313658477694193e-15))"
+        )
+        return self.new(f"{r} + ({r} * {w}) * ({even} + {w} * {odd})")
