@@ -100,3 +100,20 @@ def test_expressions_verdicts_and_sets_become_plain_data() -> None:
 def test_what_json_cannot_hold_is_refused_with_its_place(value: object) -> None:
     with pytest.raises(UlnaError, match=r"results\.loops\[1\]"):
         results_text({"loops": [0.0, value]})
+
+
+def test_an_earlier_output_with_a_strange_file_in_it_is_not_replaced(tmp_path: Path) -> None:
+    holds = ("results.json", "figures/*.svg")
+    with output_folder(tmp_path / "out", holds=holds) as place:
+        (place / "results.json").write_text("{}")
+        (place / "figures").mkdir()
+        (place / "figures" / "one.svg").write_text("<svg/>")
+    with output_folder(tmp_path / "out", holds=holds) as place:
+        (place / "results.json").write_text("{}")
+    for strange in ("thesis.txt", "deep/results.json"):
+        (tmp_path / "out" / strange).parent.mkdir(exist_ok=True)
+        (tmp_path / "out" / strange).write_text("precious")
+        with pytest.raises(UlnaError, match="beside an earlier output"), output_folder(tmp_path / "out", holds=holds):
+            pass
+        assert (tmp_path / "out" / strange).read_text() == "precious"
+        (tmp_path / "out" / strange).unlink()

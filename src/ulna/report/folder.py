@@ -15,19 +15,21 @@ MARK = "results.json"
 
 
 @contextmanager
-def output_folder(path: str | Path) -> Iterator[Path]:
+def output_folder(path: str | Path, *, holds: tuple[str, ...] = ("**",)) -> Iterator[Path]:
     """Give an empty folder to write into; at the end of the block it takes the place of `path`, whole.
 
     An earlier output at `path` (empty, or holding `results.json`) is replaced. When the block fails, nothing changes.
 
     Args:
         path: the folder to make; folders above it are made too.
+        holds: patterns of the files that such an output holds (`"figures/*.svg"`); an earlier output with any other
+            file in it is not replaced. Left out, any file is taken for a part of it.
 
     Raises:
         UlnaError: a place that cannot be written, or that holds something else than an earlier output.
     """
     target = Path(path).absolute()
-    _check(target)
+    _check(target, holds)
     beside = target.with_name(f".{target.name}.{uuid4().hex[:8]}")
     try:
         beside.mkdir(parents=True)
@@ -42,7 +44,7 @@ def output_folder(path: str | Path) -> Iterator[Path]:
         shutil.rmtree(beside, ignore_errors=True)
 
 
-def _check(target: Path) -> None:
+def _check(target: Path, holds: tuple[str, ...]) -> None:
     try:
         if not target.exists():
             return
@@ -54,8 +56,20 @@ def _check(target: Path) -> None:
                 "it holds files that are not an earlier output.",
                 "Give an empty or a new folder.",
             )
+        inside = [entry.relative_to(target) for entry in target.rglob("*") if not entry.is_dir()]
+        strange = sorted(str(part) for part in inside if not _belongs(part, holds))
+        if strange:
+            raise UlnaError(
+                f"the output folder '{target}'",
+                f"beside an earlier output it holds {', '.join(strange[:3])}{' …' * (len(strange) > 3)}.",
+                "Move that away, or give another folder.",
+            )
     except OSError as error:
         raise _refuse(target, error) from error
+
+
+def _belongs(part: Path, holds: tuple[str, ...]) -> bool:
+    return "**" in holds or any(part.match(h) and len(part.parts) == len(Path(h).parts) for h in holds)
 
 
 def _put_in_place(beside: Path, target: Path) -> None:

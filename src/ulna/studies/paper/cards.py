@@ -45,8 +45,10 @@ def passage_card(judged: Judged) -> Card:
     found = [c for c in judged.comparisons if c.finding in (Finding.ROUNDING, Finding.MISPRINT)]
     shown = [s for s in judged.shown if found or has_fractions(s.value)]
     blocks += [Formula(latex=_shown(s), caption="comes out exactly") for s in shown]
-    if found:
-        blocks.append(comparison_table(found))
+    listed = [c for c in found if printed_text(c) and exact_text(c.exact)]
+    if listed:
+        blocks.append(comparison_table(listed))
+    blocks += [Text(text=f"{plain_words(c.meaning)}.") for c in found if c not in listed]
     blocks += [Text(text=words) for words in _words(judged)]
     return Card(
         anchor=anchor(judged), label=passage.label, title=passage.title, badges=(badge(judged),), blocks=tuple(blocks)
@@ -90,14 +92,19 @@ def place_text(place: str) -> str:
     return ", ".join(_part(part) for part in place.split(", ")) if place else ""
 
 
-def exact_text(value: sp.Expr | sp.MatrixBase) -> str:
+def is_number(value: sp.Expr | sp.MatrixBase | None) -> bool:
+    """Whether a comparison is one of numbers."""
+    return isinstance(value, sp.Expr) and bool(value.is_number)
+
+
+def exact_text(value: sp.Expr | sp.MatrixBase | None) -> str:
     """A number or a short expression between dollar signs; nothing for what is too long for a table."""
-    if isinstance(value, sp.MatrixBase):
-        return "see the formula"
+    if value is None or isinstance(value, sp.MatrixBase):
+        return ""
     if value.is_number:
         return f"${number_text(value)}$"
     latex = decimals(value) if value.free_symbols <= _COORDINATES else to_latex(value)
-    return f"${latex}$" if len(latex) <= _LONG else "see the formula"
+    return f"${latex}$" if len(latex) <= _LONG else ""
 
 
 def to_latex(value: sp.Expr | sp.MatrixBase) -> str:
@@ -107,12 +114,13 @@ def to_latex(value: sp.Expr | sp.MatrixBase) -> str:
 
 def decimals(value: sp.Expr) -> str:
     """LaTeX with decimals in place of fractions."""
-    return number_text(value) if value.is_number else to_latex(with_decimals(value, _DIGITS))
+    return number_text(value) if is_number(value) else to_latex(with_decimals(value, _DIGITS))
 
 
 def plain_words(meaning: str) -> str:
     """What a comparison says, for reading: names as formulas, without the exact value, which has a place of its own."""
     words = meaning.split(" exactly; ", 1)[-1]
+    words = re.sub(r"(?<![\w.])-(?=\d)", "−", words)
     return _capital(_NAME.sub(lambda found: f"${to_latex(read_formula(found[0]))}$", words))
 
 
@@ -156,15 +164,15 @@ def printed_text(comparison: Comparison) -> str:
         latex = to_latex(read_formula(text))
     except FormulaError:
         return text
-    return f"${latex}$" if len(latex) <= _LONG else "see the formula"
+    return f"${latex}$" if len(latex) <= _LONG else ""
 
 
 def _part(part: str) -> str:
     head, _, inner = part.rpartition(" of ")
     if head:
         return f"{head} of {_part(inner)}"
-    if not re.search(r"[\d*(]", part) or " " in part:
-        return part
+    if not re.search(r"[\d*(]", part) or " " in part or re.fullmatch(r"\(\d+\)", part):
+        return part.replace("_", " ")
     try:
         return f"${to_latex(read_formula(part))}$"
     except FormulaError:

@@ -180,10 +180,10 @@ def _complex_list(values: Sequence[complex]) -> str:
     parts = []
     for value in values:
         if abs(value.imag) < _NOTHING:
-            parts.append(f"${value.real:.3f}$")
+            parts.append(f"{value.real:.3f}")
         elif value.imag > 0:
-            parts.append(rf"${value.real:.3f} \pm {value.imag:.3f} j$")
-    return ", ".join(parts)
+            parts.append(rf"{value.real:.3f} \pm {value.imag:.3f} j")
+    return " ".join(f"${part},$" for part in parts[:-1]) + f" ${parts[-1]}$"
 
 
 def _symbol(name: str) -> str:

@@ -40,6 +40,7 @@ class Exact:
         observer_form, observer: observer form and estimator in the plant's coordinates.
         observer_in_z: the same estimator in the coordinates of the form.
         brackets: controllability matrix Q; differentials: observability matrix.
+        drift_in_z: the drift in the coordinates of the controller form.
     """
 
     plant: System
@@ -52,6 +53,7 @@ class Exact:
     observer_in_z: Observer
     brackets: sp.ImmutableDenseMatrix
     differentials: sp.ImmutableDenseMatrix
+    drift_in_z: sp.ImmutableDenseMatrix
 
     @property
     def names(self) -> dict[sp.Symbol, sp.Symbol]:
@@ -105,6 +107,7 @@ def exact_design(choices: Choices) -> Exact:
         observer_in_z=exact_observer_in_form_coordinates(seen, gains),
         brackets=accessibility(plant).matrix,
         differentials=observability(plant).matrix,
+        drift_in_z=form.drift_in_z,
     )
 
 
@@ -123,7 +126,7 @@ def known_results(exact: Exact) -> Mapping[str, sp.ImmutableDenseMatrix]:
         "T": form.map.forward,
         "inverse": _required(form.map.inverse),
         "jacobian": form.map.jacobian,
-        "f_z": form.drift_in_z,
+        "f_z": exact.drift_in_z,
         "g_z": form.input_fields_in_z,
         "k": exact.law.gains.T,
         "u": u,

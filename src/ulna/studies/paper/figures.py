@@ -63,11 +63,12 @@ def _compared(pair: tuple[Loop, Loop], signal: str, quantity: str, *, unit: str 
 def _steady(chosen: Sequence[Loop]) -> Figure:
     """The end of the runs from the second angle, in degrees: where the loops come to rest."""
     curves = []
-    for hue, loop in enumerate(chosen):
+    labels = ("exact", "law (32) as printed, true states", "(53) and (54) as printed")
+    for hue, (loop, label) in enumerate(zip(chosen, labels, strict=True)):
         run = loop.runs[1].trajectory
         shown = (run.times >= _SETTLED_SECONDS) & (run.times <= _SHOWN_SECONDS)
         values = np.degrees(run[ANGLE][shown])
-        curves.append(Curve(label=loop.title, times=run.times[shown], values=values, hue=hue, dash=int(loop.printed)))
+        curves.append(Curve(label=label, times=run.times[shown], values=values, hue=hue, dash=int(loop.printed)))
     return plot_curves(curves, quantity="link angle", unit="degrees", levels=(0.0,), height=3.0)
 
 

@@ -19,7 +19,7 @@ from ulna.studies.paper.mechanics import mechanics
 from ulna.studies.paper.notation import read_printed
 from ulna.studies.paper.printed import Claim, Paper, Passage
 from ulna.studies.paper.runs import Loop
-from ulna.studies.paper.statements import statements, transformation_rule
+from ulna.studies.paper.statements import statements
 from ulna.studies.paper.verdict import Judged, Shown
 from ulna.system import Equilibria
 
@@ -43,7 +43,7 @@ def judge(paper: Paper, exact: Exact, chain: Mapping[str, Checked]) -> tuple[Jud
     found = []
     for passage in paper.passages:
         numbers = _from_chain(passage, chain)
-        extra = _beside(paper, passage, exact)
+        extra = _beside(passage, exact)
         general = laws.get(passage.key)
         comparisons = (*(general.comparisons if general else ()), *extra, *(numbers.comparisons if numbers else ()))
         if not comparisons:
@@ -100,10 +100,8 @@ def _named(comparison: Comparison, entry: str) -> Comparison:
     return replace(comparison, place=", ".join(part for part in (entry, comparison.place) if part))
 
 
-def _beside(paper: Paper, passage: Passage, exact: Exact) -> tuple[Comparison, ...]:
+def _beside(passage: Passage, exact: Exact) -> tuple[Comparison, ...]:
     """What a passage says beside its numbers."""
-    if passage.key == "transformation":
-        return (transformation_rule(paper, exact),)
     if passage.key == "controllability":
         rank = sp.Integer(exact.brackets.rank())
         return tuple(compare_terms(read_printed(str(passage.printed["rank"])), rank, place="rank"))

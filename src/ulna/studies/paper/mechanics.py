@@ -95,7 +95,9 @@ def _oscillation(paper: Paper, plant: _Mechanics) -> list[Judged]:
     expanded = paper.passage("expanded")
     both = [_agrees(expanded, name, sp.expand(residual + restoring), inertia) for name in expanded.printed]
     return [
-        statement(paper.passage("small_displacement"), split == BAR + SMALL, "it defines the small displacement"),
+        statement(
+            paper.passage("small_displacement"), holds=split == BAR + SMALL, meaning="it defines the small displacement"
+        ),
         _agrees(paper.passage("cosine_series"), "cosine", series),
         Judged(
             passage=expanded,
@@ -142,7 +144,7 @@ def _arm(paper: Paper, arm: _Mechanics, forearm: _Mechanics) -> list[Judged]:
         ),
         Judged(passage=numbers, comparisons=tuple(given)),
         _agrees(paper.passage("output"), "y", view.h[0].xreplace(names)),
-        statement(angles, len(angles.printed["angles"]) > 0, "it says where the runs start"),
+        statement(angles, holds=len(angles.printed["angles"]) > 0, meaning="it says where the runs start"),
     ]
 
 

@@ -12,6 +12,7 @@ from ulna.studies.paper.cards import (
     decimals,
     exact_text,
     finding_badge,
+    is_number,
     passage_card,
     place_text,
     plain_words,
@@ -114,8 +115,8 @@ def _in_short(found: Findings) -> tuple[Block, ...]:
 def _misprints(judged: Sequence[Judged]) -> tuple[Block, ...]:
     """Every misprint that is not merely copied from an earlier one, those in numbers first."""
     found = [(entry, c) for entry in judged for c in entry.own_misprints]
-    numbers = [pair for pair in found if pair[1].exact.is_number]
-    others = [pair for pair in found if not pair[1].exact.is_number]
+    numbers = [pair for pair in found if is_number(pair[1].exact)]
+    others = [pair for pair in found if not is_number(pair[1].exact)]
     return (
         Text(text="Without those that only copy an earlier one; they are marked in the sections below."),
         Table(
@@ -222,7 +223,7 @@ def _method() -> tuple[Block, ...]:
                 ),
                 (
                     finding_badge(Finding.ROUNDING),
-                    "It comes out of the paper's own earlier rounded numbers, or digits were cut off instead of rounded.",
+                    "It comes out of the paper's own rounded numbers, or digits were cut off instead of rounded.",
                 ),
                 (finding_badge(Finding.MISPRINT), "Neither. “Copied” where it follows from an earlier misprint."),
                 (

@@ -1,4 +1,4 @@
-"""The general laws (18) to (24), (30), (33) to (43), (49), (50): evaluated as printed, against the library's own."""
+"""The general laws (18) to (24), (26), (30), (33) to (43), (49), (50): evaluated as printed, against the library."""
 
 from __future__ import annotations
 
@@ -47,14 +47,6 @@ def statements(paper: Paper, exact: Exact) -> dict[str, Judged]:
     laws = _Laws(paper=paper, exact=exact, names=_names(exact))
     found = [*_derivatives(paper), *_controller(laws), *_observer(laws), *_estimator(laws)]
     return {judged.passage.key: judged for judged in found}
-
-
-def transformation_rule(paper: Paper, exact: Exact) -> Comparison:
-    """The rule that (26) repeats from (23), beside its numbers."""
-    names = _names(exact)
-    return _against(
-        paper.entry("transformation", "rule"), exact.named(exact.form.map.forward), names, place="rule", meaning=_ON_ARM
-    )
 
 
 def _derivatives(paper: Paper) -> list[Judged]:
@@ -108,7 +100,7 @@ def _sum_over_coordinates(paper: Paper) -> Comparison:
 
 def _controller(laws: _Laws) -> list[Judged]:
     exact, paper = laws.exact, laws.paper
-    in_z = exact.named(exact.form.drift_in_z)
+    in_z = exact.named(exact.drift_in_z)
     onto = {Z[0]: sp.Symbol("z1", real=True)}
     rates = exact.view.f + exact.view.g * exact.view.u[0]
     view = exact.view
@@ -116,13 +108,18 @@ def _controller(laws: _Laws) -> list[Judged]:
     inverse = dict(zip(view.x, exact.form.map.inverse or (), strict=True))
     law_in_z = exact.named(exact.law.expressions.subs(inverse, simultaneous=True))[0]
     return [
-        statement(paper.passage("affine_system"), bool(affine), "the arm is of this kind, found by differentiation"),
+        statement(
+            paper.passage("affine_system"),
+            holds=bool(affine),
+            meaning="the arm is of this kind",
+        ),
         laws.check(
             "controller_form",
             {"f": in_z.xreplace(onto), "g": exact.named(exact.form.input_fields_in_z)},
             f"{_ON_ARM}; T(0) = 0, also asked for here, is judged below (22)",
         ),
         laws.check("transformation_rule", {"T": exact.named(exact.form.map.forward)}, _ON_ARM),
+        laws.check("transformation", {"rule": exact.named(exact.form.map.forward)}, _ON_ARM),
         laws.check("controllability_rule", {"columns": exact.named(exact.brackets)}, _ON_ARM),
         laws.check("law_in_new_coordinates", {"rule": law_in_z}, _ON_ARM),
     ]
@@ -183,7 +180,7 @@ def _names(exact: Exact) -> dict[str, Any]:
     named = exact.named
     f, g, h = named(exact.view.f), named(exact.view.g), named(exact.view.h)[0]
     T, J = named(exact.form.map.forward), named(exact.observer_form.jacobian)
-    in_z = named(exact.form.drift_in_z)
+    in_z = named(exact.drift_in_z)
     gains = exact.law.gains
     return {
         **_calculus(f),
@@ -245,8 +242,7 @@ def _against(
         words = "T stands where T₁ is meant: the Lie derivative is one of a function, not of the whole vector"
     else:
         words = "it cannot be evaluated"
-    value = sp.ImmutableDenseMatrix(exact) if isinstance(exact, sp.MatrixBase) else exact
-    return Comparison(place=place, printed=text, exact=value, finding=Finding.MISPRINT, meaning=words)
+    return Comparison(place=place, printed=text, exact=exact, finding=Finding.MISPRINT, meaning=words)
 
 
 def _value(entry: Entry, names: Mapping[str, Any]) -> sp.Expr | sp.MatrixBase:

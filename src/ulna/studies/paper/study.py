@@ -31,6 +31,7 @@ from ulna.system import equilibria
 
 _TURNS = (-2.0 * np.pi, 2.0 * np.pi)
 _DOTS_PER_INCH = 130.0
+_HOLDS = ("index.html", "results.json", "figures/*.svg", "figures/*.png", "trajectories/*.nc")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +62,7 @@ def reproduce(out: str | Path) -> Study:
         UlnaError: a folder that cannot be written or holds something else. Nothing is changed then.
     """
     folder = Path(out)
-    with output_folder(folder) as place:
+    with output_folder(folder, holds=_HOLDS) as place:
         found, free = _find(paper())
         data = results(
             found.paper, found.exact, found.judged, found.claims, found.loops, found.causes, found.rests, found.passive
@@ -127,6 +128,7 @@ def _write_figures(place: Path, figures: Mapping[str, Figure]) -> dict[str, str]
     pictures: dict[str, str] = {}
     for name, figure in figures.items():
         pictures[name] = svg_text(figure, prefix=f"{name}-")
+        figure.set_layout_engine("none")  # laid out once, by the first drawing
         (place / f"{name}.svg").write_text(pictures[name], encoding="utf-8")
         save_figure(figure, place / f"{name}.png", dots_per_inch=_DOTS_PER_INCH)
     return pictures

@@ -65,11 +65,10 @@ def _passage(judged: Judged) -> dict[str, Any]:
 
 
 def _comparison(comparison: Comparison) -> dict[str, Any]:
-    exact = comparison.exact
     return {
         "place": comparison.place,
         "printed": comparison.printed,
-        "exact": str(exact) if isinstance(exact, sp.logic.boolalg.Boolean) else exact,
+        "exact": comparison.exact,
         "verdict": comparison.finding,
         "meaning": comparison.meaning,
         "copied": comparison.copied,

@@ -44,12 +44,10 @@ class Judged:
         return tuple(c for c in self.comparisons if c.finding is Finding.MISPRINT and not c.copied)
 
 
-def statement(passage: Passage, holds: bool, meaning: str) -> Judged:
+def statement(passage: Passage, *, holds: bool, meaning: str) -> Judged:
     """A definition or a general statement, with what was checked of it."""
     finding = Finding.STATEMENT if holds else Finding.MISPRINT
-    comparison = Comparison(
-        place="", printed=passage.title, exact=sp.true if holds else sp.false, finding=finding, meaning=meaning
-    )
+    comparison = Comparison(place="", printed=passage.title, exact=None, finding=finding, meaning=meaning)
     return Judged(passage=passage, comparisons=(comparison,))
 
 
@@ -67,7 +65,7 @@ def compare_law(
     """
 
     def found(finding: Finding, words: str) -> Comparison:
-        return Comparison(place=place, printed=text, exact=_one(exact), finding=finding, meaning=words)
+        return Comparison(place=place, printed=text, exact=exact, finding=finding, meaning=words)
 
     if isinstance(exact, sp.MatrixBase) and isinstance(printed, sp.MatrixBase):
         if printed.shape == exact.shape:
@@ -88,10 +86,6 @@ def compare_law(
 def joined(passage: Passage, parts: Sequence[Comparison], shown: Sequence[Shown] = ()) -> Judged:
     """The verdict of several comparisons in one passage."""
     return Judged(passage=passage, comparisons=tuple(parts), shown=tuple(shown))
-
-
-def _one(value: sp.Expr | sp.MatrixBase) -> sp.Expr:
-    return sp.ImmutableDenseMatrix(value) if isinstance(value, sp.MatrixBase) else value
 
 
 def _shape(matrix: sp.MatrixBase) -> str:
