@@ -14,6 +14,8 @@ FIELD = (sp.sin(x) * y + sp.exp(-x) * sp.sqrt(1 + y**2), sp.cos(x * y) / (2 + x*
 FUNCTIONS = [
     sp.sin(x) * sp.cos(x) + y * x,
     (x + 2) ** sp.Rational(3, 2) * sp.cosh(y) + sp.sinh(x),
+    sp.tan(x * y) + sp.tanh(x + y) + sp.atan(x * y),
+    sp.asin(x * y) - sp.acos(x / (2 + y)),
     sp.Integer(3) + 0 * x,
 ]
 AT = (0.3, 0.7, 0.2)

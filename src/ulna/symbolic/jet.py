@@ -85,6 +85,10 @@ class _Flow:
             own.append(self.out.emit(operation, *firsts))
             if operation in _PARTNER:
                 self._partners[operation, operands[0]] = [self.out.emit(_PARTNER[operation][0], *firsts)]
+            elif operation in (Operation.TAN, Operation.TANH):
+                self._partners[operation, operands[0]] = [self._one_and_square(operation, own, 0)]
+            elif operation in _INVERSE:
+                self._partners[operation, operands[0]] = []
         elif all(coefficient is None for operand in operands for coefficient in self.series[operand][1 : k + 1]):
             own.append(None)
         else:
@@ -146,11 +150,15 @@ class _Flow:
         }
         if operation in _PARTNER:
             return lambda own, p, k: self._paired(operation, own, p[0], k)
+        if operation in (Operation.TAN, Operation.TANH):
+            return lambda own, p, k: self._tangent(operation, own, p[0], k)
+        if operation in _INVERSE:
+            return lambda own, p, k: self._inverse(operation, own, p[0], k)
         if operation not in rules:
             raise UlnaError(
                 f"Lie derivatives of '{self.field.name}'",
                 f"'{operation}' has no Taylor series here.",
-                "Write the plant with + - * / powers, exp, log, sqrt, sin, cos, sinh and cosh.",
+                "Write the plant with + - * / powers and smooth elementary functions.",
             )
         return rules[operation]
 
@@ -192,7 +200,36 @@ class _Flow:
         partner.append(paired if partner_sign > 0 else self._minus(None, paired))
         return value if own_sign > 0 else self._minus(None, value)
 
+    def _tangent(self, operation: Operation, own: Series, operand: int, k: int) -> int | None:
+        """Tan and tanh: y' = (1 ± y²) a'."""
+        partner = self._partners[operation, operand]
+        partner += [None] * (k - len(partner))
+        value = self._slope(self.series[operand], partner, k)
+        partner.append(self._one_and_square(operation, [*own, value], k))
+        return value
 
+    def _inverse(self, operation: Operation, own: Series, operand: int, k: int) -> int | None:
+        """Atan, asin and acos: w y' = ± a' with w = 1 + a² or √(1 − a²)."""
+        argument, partner = self.series[operand], self._partners[operation, operand]
+        square = [self._one_and_square(operation, argument, j) for j in range(k + 1)]
+        if operation is Operation.ATAN:
+            partner[:] = square
+        else:
+            partner[:] = [self.out.emit(Operation.SQRT, self._first(square))]
+            for j in range(1, k + 1):
+                inner = self._minus(square[j], self._convolved(partner, partner, j, first=1, last=j - 1))
+                partner.append(self._over(self.scaled(inner, 0.5), self._first(partner)))
+        source = self._minus(None, argument[k]) if operation is Operation.ACOS else argument[k]
+        return self._over(self._minus(source, self._slope(own, partner, k, last=k - 1)), self._first(partner))
+
+    def _one_and_square(self, operation: Operation, series: Series, k: int) -> int | None:
+        """Coefficient k of 1 + s² (tan, atan) or 1 − s² (tanh, asin, acos)."""
+        square = self._convolved(series, series, k)
+        one = self.out.constant(1.0) if k == 0 else None
+        return self._plus(one, square) if operation in (Operation.TAN, Operation.ATAN) else self._minus(one, square)
+
+
+_INVERSE = frozenset({Operation.ATAN, Operation.ASIN, Operation.ACOS})
 _PARTNER = {
     # operation: (partner, sign in own' = ± partner a', sign in partner' = ± own a')
     Operation.SIN: (Operation.COS, 1, -1),
