@@ -6,12 +6,12 @@ regular. Finding them in closed form is another matter: it is a search, and ever
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, islice
 
 import numpy as np
-from sympy import Expr, ImmutableDenseMatrix, Integer, Matrix, Symbol
+from sympy import Expr, ImmutableDenseMatrix, Integer, Matrix, Symbol, exp
 from sympy.matrices import MatrixBase
 
 from ulna.base import Verdict, all_of
@@ -24,12 +24,14 @@ from ulna.symbolic.elimination import normal, null_space, vanishes
 from ulna.symbolic.finite_field import FieldSample
 from ulna.symbolic.finite_field import null_space as residue_null_space
 from ulna.symbolic.form_search import FormSearch
-from ulna.symbolic.letters import letters, words
+from ulna.symbolic.letters import letters, wide_letters, words
 from ulna.symbolic.level_sets import constant_of, solved_for_a_coordinate
 from ulna.symbolic.rank import generic_rank
 from ulna.symbolic.zero import is_zero
 
 _LARGEST_SPAN = 350
+_CHOICES = 20
+"""Choices of independent coordinates for which the annihilator is reduced."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,21 +157,30 @@ class _Search:
         for i, x in enumerate(self.coordinates):
             if all(vanishes(f[i]) for f in self.fields):
                 yield x
-        yield from self._in_span(2, 200)
+        yield from self._in_span(range(1, 3), 200)
         yield from self._single_forms(wanted)
-        yield from self._in_span(4, _LARGEST_SPAN)
+        for x in self.coordinates:
+            for exponent in (x, -x):
+                yield from self._in_span(range(1, 4), 120, exponent)
+        yield from self._in_span(range(1, 3), _LARGEST_SPAN, wide=True)
+        yield from self._in_span(range(3, 9), _LARGEST_SPAN)
 
-    def _in_span(self, degree: int, limit: int) -> Iterator[Expr]:
+    def _in_span(
+        self, degrees: Iterable[int], limit: int, exponent: Expr | None = None, *, wide: bool = False
+    ) -> Iterator[Expr]:
+        """Integrals F or exp(exponent) F with F polynomial in the letters."""
         x = (*self.coordinates, *self.spectators)
         zeros = [Integer(0)] * len(self.spectators)
-        alphabet = letters([e for f in self.fields for e in f], x)
+        alphabet = (wide_letters if wide else letters)([e for f in self.fields for e in f], x)
         rows = tuple((*f, *zeros) for f in self.fields)
-        equations = LinearEquations(coordinates=x, fields=rows)
-        for d in range(1, degree + 1):
-            monomials = tuple(words(alphabet, d, limit + 1))
+        zeroth = () if exponent is None else tuple(self._along(exponent, f) for f in self.fields)
+        equations = LinearEquations(coordinates=x, fields=rows, zeroth=zeroth)
+        for degree in degrees:
+            monomials = tuple(words(alphabet, degree, limit + 1))
             if len(monomials) > limit:
                 return
-            yield from solutions(equations, Span(alphabet=alphabet, monomials=monomials))
+            found = solutions(equations, Span(alphabet=alphabet, monomials=monomials))
+            yield from (found if exponent is None else [exp(exponent) * f for f in found])
 
     def _single_forms(self, wanted: int) -> Iterator[Expr]:
         """Integrals of one-forms of the annihilator that satisfy Frobenius' condition by themselves."""
@@ -192,16 +203,9 @@ class _Search:
         """Reduced bases of the annihilator for the choices of dependent coordinates."""
         n, d = len(self.coordinates), len(self.fields)
         matrix = Matrix.hstack(*(f.as_mutable() for f in self.fields)).T
-        for count, chosen in enumerate(combinations(range(n), d)):
-            if count >= 12:
-                return
-            order = [*chosen, *(k for k in range(n) if k not in chosen)]
-            columns = null_space(_preferring(matrix, order, d))
-            for column in columns:
-                back: list[Expr] = [Integer(0)] * n
-                for position, k in enumerate(order):
-                    back[k] = column[position]
-                yield tuple(back)
+        for chosen in islice(combinations(range(n), d), _CHOICES):
+            for column in null_space(matrix, pivots=chosen):
+                yield tuple(column)
 
     def _along(self, function: Expr, field: MatrixBase) -> Expr:
         return lie_derivative(function, field, self.coordinates)
@@ -231,15 +235,6 @@ class _Search:
         )
         for candidate in smaller.candidates(wanted - len(known)):
             yield candidate.subs(constants)
-
-
-def _preferring(matrix: MatrixBase, order: Sequence[int], count: int) -> MatrixBase:
-    """The matrix with its columns in this order, brought to the unit matrix in the first `count` where possible."""
-    permuted = matrix[:, list(order)]
-    head = permuted[:, :count]
-    if vanishes(head.det()):
-        return permuted
-    return (head.inv() * permuted).applyfunc(normal)
 
 
 def _integrable(form: Sequence[Expr], coordinates: Sequence[Symbol]) -> bool:

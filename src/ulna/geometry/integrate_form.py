@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from sympy import Expr, Integer, Symbol
+from sympy import Expr, Integer, Pow, Symbol, expand_power_exp
 
 from ulna.base import UlnaError, Verdict, all_of
 from ulna.geometry.lie import Scalar, expression
@@ -65,7 +65,9 @@ def integrate(
         UlnaError: ω is identically zero.
     """
     coordinates = form.coordinates
-    components = tuple(Integer(0) if vanishes(w) else w for w in form.components)
+    # x^(a − 1) as x^a / x: one function x^a for all of them.
+    written = (expand_power_exp(w) if w.has(Pow) else w for w in form.components)
+    components = tuple(Integer(0) if vanishes(w) else w for w in written)
     if all(w == 0 for w in components):
         raise UlnaError("a function with the differential μ ω", "the one-form is identically zero.")
     integrable = frobenius(form)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
-from sympy import Expr, ImmutableDenseMatrix, Integer, Symbol
+from sympy import Expr, Float, ImmutableDenseMatrix, Integer, Rational, Symbol
 from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError
@@ -20,8 +20,10 @@ Scalar: TypeAlias = Expr | int
 
 
 def expression(value: Scalar) -> Expr:
-    """The value as an expression."""
-    return Integer(value) if isinstance(value, int) else value
+    """The value as an expression with exact numbers."""
+    if isinstance(value, int):
+        return Integer(value)
+    return value.xreplace({number: Rational(number) for number in value.atoms(Float)})
 
 
 def lie_derivative(function: Scalar, field: MatrixBase, coordinates: Sequence[Symbol]) -> Expr:

@@ -89,7 +89,7 @@ def without_arcsines(value: Expr) -> Expr:
 
 
 def _candidates(value: Expr, coordinates: Sequence[Symbol]) -> Iterator[Expr]:
-    plain = _plain(value, coordinates)
+    plain = _plain(_merged_powers(value), coordinates)
     yield plain
     yield from _only_argument(plain, coordinates)
     yield from (_plain(form, coordinates) for form in _rewritten(plain))
@@ -102,6 +102,13 @@ def _candidates(value: Expr, coordinates: Sequence[Symbol]) -> Iterator[Expr]:
     if plain.is_Mul or plain.is_Pow or isinstance(plain, exp):
         yield from _powers(plain, coordinates)
         yield _plain(split, coordinates)
+
+
+def _merged_powers(value: Expr) -> Expr:
+    """exp(b log u) → u^b and uᵃ u → uᵃ⁺¹."""
+    swaps = {node: exponential(node.args[0]) for node in value.atoms(exp) if node.args[0].has(log)}
+    merged = attempt(_SECONDS, "powers", powsimp, value.xreplace(swaps))
+    return merged.value if merged.value is not None else value
 
 
 def _only_argument(value: Expr, coordinates: Sequence[Symbol]) -> Iterator[Expr]:

@@ -107,29 +107,32 @@ def _primitive(ring: Field, polynomials: list[Polynomial]) -> tuple[Expr, ...]:
     return tuple(values.get(k, Integer(0)) for k in range(len(polynomials)))
 
 
-def null_space(matrix: MatrixBase) -> tuple[ImmutableDenseMatrix, ...]:
+def null_space(matrix: MatrixBase, *, pivots: Sequence[int] = ()) -> tuple[ImmutableDenseMatrix, ...]:
     """Columns that span {v : matrix v = 0} on an open dense set, without common factors.
 
-    Cramer's rule with the simplest minor of full rank; if the exact algebra gives up, elimination.
+    Cramer's rule with a minor of full rank: on the columns `pivots` if they are given and independent, else the
+    simplest one. Each result has one nonzero entry outside the pivots. If the exact algebra gives up, elimination
+    with pivots of its own.
     """
     rows = _independent_rows(matrix)
     if not rows:
         return tuple(ImmutableDenseMatrix.eye(matrix.cols)[:, j] for j in range(matrix.cols))
     chosen = ImmutableDenseMatrix(matrix).extract(list(rows), list(range(matrix.cols)))
     if len(list(combinations(range(matrix.cols), len(rows)))) <= _MANY_MINORS:
-        found = attempt_exactly(_SECONDS, "minors", _null_space_by_minors, chosen)
+        found = attempt_exactly(_SECONDS, "minors", _null_space_by_minors, chosen, frozenset(pivots))
         if found.value is not None and not any(v.has(sign, Abs) for v in found.value):
             return found.value
     return _null_space_by_elimination(chosen)
 
 
-def _null_space_by_minors(matrix: MatrixBase) -> tuple[ImmutableDenseMatrix, ...]:
+def _null_space_by_minors(matrix: MatrixBase, wanted: frozenset[int]) -> tuple[ImmutableDenseMatrix, ...]:
     plain, meaning = with_plain_angles(list(matrix))
     data = polynomial_rows(ImmutableDenseMatrix(*matrix.shape, plain).as_mutable())
     ring, n = data.ring, matrix.cols
     minors = maximal_minors(ring, data.rows, range(n))
     nonzero = {key: minor for key, minor in minors.items() if not minor.is_zero()}
-    pivots = min(nonzero, key=lambda key: (len(nonzero[key]), nonzero[key].total_degree(), sorted(key)))
+    simplest = min(nonzero, key=lambda key: (len(nonzero[key]), nonzero[key].total_degree(), sorted(key)))
+    pivots = wanted if wanted in nonzero else simplest
     columns = []
     for free in sorted(set(range(n)) - pivots):
         entries = [ring.none] * n

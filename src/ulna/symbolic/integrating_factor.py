@@ -73,7 +73,9 @@ def factor_from_products(
     alphabet = letters((*components, *hints), x)
     own = set(x)
     extra = [letter for letter in alphabet if letter not in own and not isinstance(letter, exp)]
-    factors = dict.fromkeys((*irreducible_factors((*components, *hints), x), *x, *extra))
+    # A function brings the factors of its derivative: 1 + u² for atan u, u for log u.
+    slopes = [letter.diff(c) for letter in extra for c in letter.free_symbols & own]
+    factors = dict.fromkeys((*irreducible_factors((*components, *hints, *slopes), x), *x, *extra))
     equations = kernel_equations(components, coordinates, spectators, factor=True)
     for d in range(1, degree + 1):
         monomials = tuple(words(alphabet, d, limit + 1))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import combinations_with_replacement
 
-from sympy import Add, Expr, Mul, Pow, Rational, Symbol, cos, cot, exp, log, sin, tan
+from sympy import Add, Expr, Mul, Poly, Pow, Rational, Symbol, atan, cos, cot, exp, log, sin, sqrt, tan
 from sympy.core.function import AppliedUndef, Function
 
 from ulna.symbolic.elimination import normal
@@ -78,6 +78,30 @@ def irreducible_factors(expressions: Iterable[Expr], coordinates: Sequence[Symbo
             if own & base.free_symbols and not isinstance(factor, exp):
                 found.setdefault(base)
     return tuple(sorted(found, key=lambda e: (e.count_ops(), str(e))))
+
+
+def wide_letters(expressions: Sequence[Expr], coordinates: Sequence[Symbol]) -> tuple[Expr, ...]:
+    """The letters, and what differentiation may have turned into their factors p: log p, 1/p, and atan for 1 + x²."""
+    plain = letters(expressions, coordinates)
+    slopes = [letter.diff(c) for letter in plain for c in letter.free_symbols & set(coordinates)]
+    found: dict[Expr, None] = dict.fromkeys(plain)
+    for factor in irreducible_factors((*expressions, *slopes), coordinates):
+        for letter in (log(factor), *_arctangents(factor, coordinates), 1 / factor):
+            found.setdefault(letter)
+    return tuple(found)
+
+
+def _arctangents(factor: Expr, coordinates: Sequence[Symbol]) -> tuple[Expr, ...]:
+    """atan((2ax + b)/√(4ac − b²)) for a factor ax² + bx + c with numbers a, b, c and no real root."""
+    own = factor.free_symbols & set(coordinates)
+    if len(own) != 1:
+        return ()
+    x = own.pop()
+    if not factor.is_polynomial(x) or Poly(factor, x).degree() != 2:
+        return ()
+    a, b, c = Poly(factor, x).all_coeffs()
+    root = sqrt(4 * a * c - b**2)
+    return (atan((2 * a * x + b) / root),) if root.is_Rational else ()
 
 
 def words(alphabet: Sequence[Expr], degree: int, limit: int) -> list[tuple[int, ...]]:
