@@ -1,25 +1,60 @@
-"""Simulation: `simulate` takes a system, an initial state and times, and answers with a `Trajectory`."""
+"""Simulation: `simulate` answers with a `Trajectory`, `run_ensemble` with the figures of many runs."""
 
 from ulna.sim.continuous import Continuous
+from ulna.sim.ensemble import EnsembleResult, run_ensemble
+from ulna.sim.event import Event, EventKind
 from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
 from ulna.sim.metrics import InputMetrics, Metrics, OutputMetrics, metrics
 from ulna.sim.outcome import Outcome
+from ulna.sim.sampled import (
+    ConditionalIntegration,
+    EndStop,
+    Euler,
+    ExactHold,
+    Jitter,
+    MeasurementNoise,
+    MissedSamples,
+    Pwm,
+    Quantiser,
+    RungeKutta4,
+    Sampled,
+    Saturation,
+    SlewLimit,
+)
 from ulna.sim.simulate import simulate
-from ulna.sim.trajectory import Trajectory
+from ulna.sim.trajectory import Series, Trajectory
 
 __all__ = [
     "TIME",
+    "ConditionalIntegration",
     "Constant",
     "Continuous",
+    "EndStop",
+    "EnsembleResult",
+    "Euler",
+    "Event",
+    "EventKind",
+    "ExactHold",
     "Formula",
     "Held",
     "Input",
     "InputMetrics",
     "Interpolated",
+    "Jitter",
+    "MeasurementNoise",
     "Metrics",
+    "MissedSamples",
     "Outcome",
     "OutputMetrics",
+    "Pwm",
+    "Quantiser",
+    "RungeKutta4",
+    "Sampled",
+    "Saturation",
+    "Series",
+    "SlewLimit",
     "Trajectory",
     "metrics",
+    "run_ensemble",
     "simulate",
 ]

@@ -86,7 +86,7 @@ def _prepare(system: System, shape: Shape, settings: Continuous) -> Prepared:
     states = tuple(signal.name for signal in system.states)
     layout = Layout(states=states, ramps=ramps, time=clock, constants=split.before.outputs)
     before = to_python(split.before)
-    values = {p.name: None if (v := p.si_value) is None else rounded(v, system.name) for p in system.parameters}
+    values = default_values(system)
     known = {name: value for name, value in values.items() if value is not None}
     ready = None
     if not system.inputs and len(known) == len(values):
@@ -149,27 +149,34 @@ def _flow(main: Kernel, layout: Layout, settings: Continuous) -> Flow:
         return flow
 
 
-def parameter_values(ready: Prepared, given: Mapping[str, float] | None) -> dict[str, float]:
-    """The SI value of every parameter.
+def default_values(system: System) -> dict[str, float | None]:
+    """The SI value of each parameter, None where it has none."""
+    return {p.name: None if (v := p.si_value) is None else rounded(v, system.name) for p in system.parameters}
+
+
+def parameter_values(
+    defaults: Mapping[str, float | None], given: Mapping[str, float] | None, system: str
+) -> dict[str, float]:
+    """The SI value of every parameter of the system of this name.
 
     Raises:
         SimulationError: a name that is no parameter, a value that is not finite, parameters left without a value.
     """
-    values = dict(ready.values)
+    values = dict(defaults)
     for name, value in (given or {}).items():
         if name not in values:
             known = ", ".join(values) or "none"
             raise SimulationError(
-                f"parameter '{name}' of '{ready.system.name}'", "there is no such parameter.", f"Known: {known}."
+                f"parameter '{name}' of '{system}'", "there is no such parameter.", f"Known: {known}."
             )
         number = float(value)
         if not math.isfinite(number):
-            raise SimulationError(f"parameter '{name}' of '{ready.system.name}'", f"its value is {number}.")
+            raise SimulationError(f"parameter '{name}' of '{system}'", f"its value is {number}.")
         values[name] = number
     missing = [name for name, value in values.items() if value is None]
     if missing:
         raise SimulationError(
-            f"simulation of '{ready.system.name}'",
+            f"simulation of '{system}'",
             f"parameters without a value: {', '.join(missing)}.",
             f"Give them: parameters={{'{missing[0]}': ...}}.",
         )

@@ -13,7 +13,9 @@ from ulna.base import SimulationError
 from ulna.sim.continuous import Continuous
 from ulna.sim.inputs import Held, Input, Interpolated, as_input
 from ulna.sim.outcome import Outcome
-from ulna.sim.prepared import Prepared, parameter_values, prepared, shape_of, stretch_values
+from ulna.sim.prepared import Prepared, default_values, parameter_values, prepared, shape_of, stretch_values
+from ulna.sim.sampled.run import run_sampled
+from ulna.sim.sampled.sampled import Sampled
 from ulna.sim.trajectory import Trajectory
 from ulna.system import System
 
@@ -29,7 +31,7 @@ def simulate(
     *,
     inputs: Mapping[str, Any] | None = None,
     parameters: Mapping[str, float] | None = None,
-    time: Continuous = CONTINUOUS,
+    time: Continuous | Sampled = CONTINUOUS,
     throw: bool = True,
 ) -> Trajectory:
     """The solution x(t) of x' = F(x, u, p) with x(times[0]) = initial, at the given times.
@@ -38,9 +40,11 @@ def simulate(
         system: a plant, compensator or closed loop; parameters may be symbolic.
         initial: (n,) state in SI, in the system's order, or a value for every state by name.
         times: (N,) increasing times in s, N ≥ 2, the first where `initial` holds; or one final time T for (0, T).
+            With `Sampled` they are sample times from 0, and a final time alone stands for all of them.
         inputs: by input name a number, a formula in `TIME`, `Held` or `Interpolated` samples; left out means 0.
         parameters: SI values that replace those of the system for this run; nothing is compiled anew.
-        time: how time passes, and the settings of that engine.
+        time: how time passes, and the settings of that engine: `Continuous(...)`, or `Sampled(...)` for a plant in a
+            loop with a processor.
         throw: raise where the end is not reached; otherwise the trajectory says so in `outcome` and ends there.
 
     Raises:
@@ -52,14 +56,26 @@ def simulate(
         >>> simulate(loop, (1, 0, 0), np.linspace(0, 5, 501))["theta"]  # doctest: +SKIP
     """
     driven = _inputs(system, inputs)
+    if isinstance(time, Sampled):
+        known = parameter_values(default_values(system), parameters, system.name)
+        at = _times(times)
+        trajectory = run_sampled(system, _initial(system, initial), at, driven, known, time)
+        return _finished(trajectory, float(at[-1])) if throw else trajectory
     ready = prepared(system, shape_of(driven, system) if system.inputs else (), time)
     state = _initial(system, initial)
     at = _times(times)
-    known = ready.parameters if parameters is None and ready.ready is not None else parameter_values(ready, parameters)
+    if parameters is None and ready.ready is not None:
+        known = ready.parameters
+    else:
+        known = parameter_values(ready.values, parameters, system.name)
     end, states, outcome = _integrated(ready, state, at, driven, known, default=parameters is None)
     trajectory = Trajectory(system=system, parameters=known, drive=driven, times=end, states=states, outcome=outcome)
-    if throw and outcome is not Outcome.FINISHED:
-        raise _failure(trajectory, float(at[-1]))
+    return _finished(trajectory, float(at[-1])) if throw else trajectory
+
+
+def _finished(trajectory: Trajectory, wanted: float) -> Trajectory:
+    if trajectory.outcome is not Outcome.FINISHED:
+        raise _failure(trajectory, wanted)
     return trajectory
 
 

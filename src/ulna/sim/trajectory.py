@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 
 from ulna.base import SimulationError
 from ulna.sim.cache import IdentityCache
+from ulna.sim.event import Event
 from ulna.sim.inputs import Input, input_values
 from ulna.sim.outcome import Outcome
 from ulna.symbolic.kernel import Kernel, kernel
@@ -20,6 +21,19 @@ from ulna.symbolic.lowering.numpy import to_numpy
 from ulna.system import Signal, System
 
 _READOUTS = IdentityCache(64)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Series:
+    """A signal along a run that is neither state, input nor output of the system: a command, an estimate.
+
+    Attributes:
+        signal: its name and unit. role: what it is in the loop. values: (N,) in SI.
+    """
+
+    signal: Signal
+    role: str
+    values: np.ndarray
 
 
 # No slots: inputs, outputs and labelled forms are computed when first asked for and kept.
@@ -34,6 +48,8 @@ class Trajectory:
         times: (N,) in s; where the run ended early, the last one is where it ended.
         states: (N, n), one row for each time, one column for each state in the system's order.
         outcome: how it ended.
+        further: other series by name; of a sampled loop commands, measured values, estimates, controller states.
+        events: what happened during a sampled run, in order of time.
     """
 
     system: System
@@ -42,6 +58,8 @@ class Trajectory:
     times: np.ndarray
     states: np.ndarray
     outcome: Outcome
+    further: Mapping[str, Series] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
 
     @cached_property
     def inputs(self) -> np.ndarray:
@@ -68,14 +86,16 @@ class Trajectory:
         return self.states[-1]
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """(N,) values of the state, output or input of this name."""
+        """(N,) values of the state, output, input or further series of this name."""
         for signal, role, column in self._columns():
             if signal.name == name:
                 return getattr(self, f"{role}s")[:, column]
+        if name in self.further:
+            return self.further[name].values
         raise SimulationError(
             f"'{name}' of the trajectory of '{self.system.name}'",
             "there is no such signal.",
-            f"Known: {', '.join(dict.fromkeys(s.name for s, _, _ in self._columns()))}.",
+            f"Known: {', '.join(dict.fromkeys((*(s.name for s, _, _ in self._columns()), *self.further)))}.",
         )
 
     def to_xarray(self) -> Any:
@@ -133,8 +153,9 @@ class Trajectory:
         """(label, signal, role, values); an output that is a state under the state's name appears once."""
         arrays = {"state": self.states, "output": self.outputs, "input": self.inputs}
         found: dict[str, tuple[str, Signal, str, np.ndarray]] = {}
-        for signal, role, column in self._columns():
-            values = arrays[role][:, column]
+        rows = [(signal, role, arrays[role][:, column]) for signal, role, column in self._columns()]
+        rows += [(each.signal, each.role, each.values) for each in self.further.values()]
+        for signal, role, values in rows:
             label = signal.name
             if label in found:
                 if np.array_equal(found[label][3], values, equal_nan=True):
