@@ -70,7 +70,9 @@ class Diffeomorphism:
         return f"$$z = {expression_latex(self.forward)}$$"
 
 
-def new_symbols(stem: str, count: int, taken: Sequence[sp.Symbol] = (), *, plain_if_one: bool = False) -> tuple[sp.Symbol, ...]:
+def new_symbols(
+    stem: str, count: int, taken: Sequence[sp.Symbol] = (), *, plain_if_one: bool = False
+) -> tuple[sp.Symbol, ...]:
     """`count` real symbols stem1, stem2, … (just `stem` for one, if asked), avoiding names taken."""
     names = {s.name for s in taken}
     while any(name in names for name in (stem, *(f"{stem}{k + 1}" for k in range(count)))):

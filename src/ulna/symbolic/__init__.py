@@ -1,1 +1,1 @@
-"""The only callers of the computer algebra: reading, zero and rank tests, inversion, and `Kernel` with its lowerings."""
+"""The only callers of the computer algebra: reading, zero and rank tests, inversion, `Kernel` and its lowerings."""
