@@ -106,16 +106,10 @@ class Trajectory:
         import xarray as xr
 
         variables = {
-            label: ("time", values, {"units": signal.unit, "long_name": signal.text or signal.name, "role": role})
-            for label, signal, role, values in self._labelled()
+            label: ("time", values, _attributes(signal, role)) for label, signal, role, values in self._labelled()
         }
-        attributes = {
-            "system": self.system.name,
-            "outcome": self.outcome.name.lower(),
-            "outcome_text": self.outcome.text,
-        }
-        attributes |= {f"parameter_{name}": value for name, value in self.parameters.items()}
-        return xr.Dataset(variables, coords={"time": ("time", self.times, {"units": "s"})}, attrs=attributes)
+        coordinates = {"time": ("time", self.times, {"units": "s"})}
+        return xr.Dataset(variables, coords=coordinates, attrs=self._attributes())
 
     def to_pandas(self) -> Any:
         """A `pandas.DataFrame`: one column for each signal, indexed by time in s; `attrs["units"]` by column."""
@@ -137,13 +131,22 @@ class Trajectory:
         target = Path(path)
         part = target.with_name(f".{target.name}.{os.getpid()}.part")
         try:
-            self.to_xarray().to_netcdf(part, engine="scipy")
+            _write_netcdf(self, part)
             part.replace(target)
         except OSError as error:
             raise _unwritable(target, error) from error
         finally:
             part.unlink(missing_ok=True)
         return target
+
+    def _attributes(self) -> dict[str, str | float]:
+        """What is true of the whole run."""
+        whole: dict[str, str | float] = {
+            "system": self.system.name,
+            "outcome": self.outcome.name.lower(),
+            "outcome_text": self.outcome.text,
+        }
+        return whole | {f"parameter_{name}": value for name, value in self.parameters.items()}
 
     def _columns(self) -> list[tuple[Signal, str, int]]:
         parts = (("state", self.system.states), ("output", self.system.outputs), ("input", self.system.inputs))
@@ -169,6 +172,27 @@ class Trajectory:
             f"Trajectory of '{self.system.name}': {len(self.times)} times from {self.times[0]:g} s to "
             f"{self.times[-1]:g} s, {self.outcome.text}"
         )
+
+
+def _attributes(signal: Signal, role: str) -> dict[str, str]:
+    return {"units": signal.unit, "long_name": signal.text or signal.name, "role": role}
+
+
+def _write_netcdf(run: Trajectory, path: Path) -> None:
+    """What `to_xarray` holds, as a file; written without xarray and pandas, whose import costs a second."""
+    from scipy.io import netcdf_file
+
+    with netcdf_file(path, "w", version=2) as file:
+        file.createDimension("time", len(run.times))
+        rows = [("time", run.times, {"units": "s"})]
+        rows += [(label, values, _attributes(signal, role)) for label, signal, role, values in run._labelled()]
+        for label, values, attributes in rows:
+            variable = file.createVariable(label, "d", ("time",))
+            variable[:] = values
+            for name, text in attributes.items():
+                setattr(variable, name, text.encode())
+        for name, value in run._attributes().items():
+            setattr(file, name, value.encode() if isinstance(value, str) else value)
 
 
 def _readouts(system: System) -> Kernel:
