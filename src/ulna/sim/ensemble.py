@@ -20,7 +20,7 @@ from ulna.sim.sampled.ensemble import sampled_figures
 from ulna.sim.sampled.sampled import Sampled
 from ulna.system import System
 
-CODES = (Outcome.FINISHED, Outcome.BLEW_UP, Outcome.NOT_FINITE, Outcome.SLIDING, Outcome.STEP_LIMIT)
+CODES = tuple(Outcome)
 """Outcome of each code."""
 
 
@@ -77,6 +77,7 @@ def run_ensemble(
     references: Mapping[str, Any] | None = None,
     targets: Mapping[str, Any] | None = None,
     seeds: np.ndarray | Sequence[int] | None = None,
+    samples: int | None = None,
     threads: int | None = None,
 ) -> EnsembleResult:
     """N runs from 0 to the horizon, their figures taken along the way; memory does not grow with the horizon.
@@ -94,6 +95,8 @@ def run_ensemble(
         references: by name number or (N,), in place of those in `Sampled`.
         targets: by output name where it should end: number or (N,), else 0.
         seeds: (N,) of the random numbers; by default the loop's seed plus the number of the run.
+        samples: with `Continuous`, intervals of the grid on which the figures of the outputs are taken; by default only
+            the end of each run is looked at and they are NaN. A sampled loop takes them at its samples.
         threads: how many to use, by default one for each core.
 
     Raises:
@@ -104,6 +107,8 @@ def run_ensemble(
     count = _count(plant, initial, given, seeds)
     if not (0 < horizon < np.inf):
         raise SimulationError("horizon of the ensemble", f"{horizon} is not a positive time in s.")
+    if samples is not None and samples < 1:
+        raise SimulationError(f"run_ensemble(samples={samples})", "at least one interval is needed.")
     names = [signal.name for signal in plant.inputs]
     shared, own = _split_inputs(inputs or {}, names, count, plant)
     first_seed = time.seed if isinstance(time, Sampled) else 0
@@ -119,7 +124,7 @@ def run_ensemble(
         seeds=_seeds(seeds, first_seed, count),
         threads=threads or os.cpu_count() or 1,
     )
-    figures = sampled_figures(job, time) if isinstance(time, Sampled) else continuous_figures(job, time)
+    figures = sampled_figures(job, time) if isinstance(time, Sampled) else continuous_figures(job, time, samples)
     return EnsembleResult(plant=plant, horizon=float(horizon), **figures)
 
 

@@ -24,8 +24,8 @@ from ulna.sim.sampled.sampled import Sampled
 from ulna.sim.trajectory import Series, Trajectory
 from ulna.system import Signal, System
 
-OUTCOMES = (Outcome.FINISHED, Outcome.BLEW_UP, Outcome.NOT_FINITE)
-"""Outcome of each code that a compiled loop hands back."""
+OUTCOMES = tuple(Outcome)
+"""Outcome of each code that a compiled loop hands back: their order of definition."""
 
 
 def run_sampled(
