@@ -9,12 +9,17 @@ from typing import Any, Final
 from uuid import uuid4
 
 import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from ulna.base import UlnaError
 
 FORMATS: Final = ("svg", "png", "pdf")
 """File name endings that `save_figure` writes."""
+
+_CANVASES: Final = {"svg": FigureCanvasSVG, "png": FigureCanvasAgg, "pdf": FigureCanvasPdf}
 
 # Letters as paths look the same everywhere; the salt makes the identifiers inside an SVG the same on every run.
 _SETTINGS: Final[dict[Any, Any]] = {"svg.fonttype": "path", "svg.hashsalt": "ulna", "path.simplify_threshold": 0.2}
@@ -65,8 +70,15 @@ def save_figure(figure: Figure, path: str | Path, *, dots_per_inch: float = 160.
 
 
 def _render(figure: Figure, suffix: str, dots_per_inch: float) -> bytes:
+    """The figure as a file's bytes, drawn once; `Figure.savefig` draws it twice, the first time for nothing."""
     without_date = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}[suffix]
     buffer = io.BytesIO()
+    resolution = figure.dpi
     with mpl.rc_context(_SETTINGS):
-        figure.savefig(buffer, format=suffix, dpi=dots_per_inch, metadata=without_date)
+        try:
+            figure.dpi = dots_per_inch
+            canvas = _CANVASES[suffix](figure)
+            getattr(canvas, f"print_{suffix}")(buffer, metadata=without_date)
+        finally:
+            figure.dpi = resolution
     return buffer.getvalue()

@@ -94,7 +94,7 @@ def place_text(place: str) -> str:
 
 def is_number(value: sp.Expr | sp.MatrixBase | None) -> bool:
     """Whether a comparison is one of numbers."""
-    return isinstance(value, sp.Expr) and bool(value.is_number)
+    return value is not None and not isinstance(value, sp.MatrixBase) and bool(value.is_number)
 
 
 def exact_text(value: sp.Expr | sp.MatrixBase | None) -> str:

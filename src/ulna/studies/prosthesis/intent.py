@@ -132,7 +132,7 @@ def _switched(
             together += 1
         else:
             together = 0
-            armed = armed or (flexor < switch.level and extensor < switch.level)
+            armed = armed or bool(flexor < switch.level and extensor < switch.level)
         if armed and together >= needed:
             armed, selected = False, 1 - selected
         result[k] = selected
