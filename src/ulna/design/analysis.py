@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from time import monotonic
 
 from ulna.base import UlnaError
 from ulna.design.findings import Finding, not_applicable
@@ -16,6 +17,8 @@ from ulna.system.system import System
 
 SECONDS = 8.0
 """Time that one group of answers may take; what is not found by then is undecided."""
+TOTAL = 2.5
+"""All groups together may take this many times as long."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,14 +49,29 @@ def analyse(system: System, *, seconds: float = SECONDS) -> Analysis:
     Raises:
         NotAffineError: if the plant is not affine in its inputs, the one thing nothing can be said without.
     """
+    keys = tuple(key for group in GROUPS for key in group)
     if len(system.states) >= LARGE:
-        keys = tuple(key for group in GROUPS for key in group)
-        return Analysis(system=system, point=given_point(system), findings=large_findings(system, keys))
+        return Analysis(system=system, point=given_point(system), findings=_in_numbers(system, keys))
     control_affine(system)
     findings: dict[str, Finding] = {}
-    for keys, group in GROUPS.items():
-        findings |= _answered(keys, group, system, seconds)
+    end = monotonic() + TOTAL * seconds
+    for group_keys, group in GROUPS.items():
+        left = max(min(seconds, end - monotonic()), 0.5)
+        findings |= _answered(group_keys, group, system, left)
+    late = tuple(key for key in keys if findings[key].verdict.evidence.get("ran_out"))
+    if late:
+        # Formulas grew too long: numbers still tell ranks and degrees.
+        numbers = _in_numbers(system, late)
+        findings |= {key: numbers[key] for key in late if numbers[key].value is not None}
     return Analysis(system=system, point=operating_point(system), findings=findings)
+
+
+def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Finding]:
+    """What the numeric road answers; a plant it cannot take leaves every key undecided, with the reason."""
+    try:
+        return large_findings(system, keys)
+    except UlnaError as error:
+        return {key: not_applicable(key, str(error)) for key in keys}
 
 
 def _answered(
@@ -66,7 +84,7 @@ def _answered(
         return {key: not_applicable(key, str(error)) for key in keys}
     found = outcome.value
     if found is None:
-        return {key: not_applicable(key, outcome.reason) for key in keys}
+        return {key: not_applicable(key, outcome.reason, ran_out=outcome.ran_out) for key in keys}
     # What has no value of its own shares the verdict of the question it hangs on, the group's first.
     first = found[keys[0]].verdict
     return {key: found.get(key, Finding(verdict=first, value=None)) for key in keys}

@@ -27,6 +27,7 @@ def decided(verdict: Verdict) -> Finding:
     return Finding(verdict=verdict, value=value)
 
 
-def not_applicable(key: str, reason: str) -> Finding:
-    """The finding of a question that could not be asked or answered."""
-    return Finding(verdict=Verdict.undecided(key.replace("_", " "), reason=reason), value=None)
+def not_applicable(key: str, reason: str, *, ran_out: bool = False) -> Finding:
+    """The finding of a question that could not be asked or answered, for want of time where `ran_out`."""
+    evidence = {"reason": reason} | ({"ran_out": True} if ran_out else {})
+    return Finding(verdict=Verdict.undecided(key.replace("_", " "), **evidence), value=None)

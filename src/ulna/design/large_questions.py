@@ -26,7 +26,8 @@ def large_findings(system: System, keys: tuple[str, ...]) -> dict[str, Finding]:
     structure = numeric_structure(field, point)
     reason = f"no formulas are sought for {len(system.states)} states: numeric road"
     findings = {key: not_applicable(key, reason) for key in keys}
-    return findings | _structure(system, structure) | _outputs(system, field)
+    answered = _structure(system, structure) | _outputs(system, field)
+    return findings | {key: finding for key, finding in answered.items() if key in keys}
 
 
 def _sampled(claim: str, value: Any) -> Finding:

@@ -33,6 +33,10 @@ def _outputs(system: System) -> dict[str, Finding]:
             for k in ("relative_degree", "relative_degree_at_point", "decoupling_matrix")
         }
     found = relative_degree(system)
+    if not found.certainty.holds:
+        reason = str(found.certainty.evidence.get("tried", "derivatives could not be judged"))
+        keys = ("relative_degree", "relative_degree_at_point", "decoupling_matrix")
+        return {key: not_applicable(key, reason, ran_out=True) for key in keys}
     return {
         "relative_degree": Finding(verdict=found.certainty, value=list(found.per_output)),
         "relative_degree_at_point": decided(found.at_point),
