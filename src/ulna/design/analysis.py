@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from html import escape
 from time import monotonic
 
 from ulna.base import UlnaError
@@ -37,6 +38,14 @@ class Analysis:
 
     def __getitem__(self, key: str) -> Finding:
         return self.findings[key]
+
+    def _repr_html_(self) -> str:
+        """A table for notebooks: question, verdict, answer."""
+        rows = "".join(
+            f"<tr><td>{escape(key)}</td><td>{finding.verdict.status}</td><td>{escape(_short(finding.value))}</td></tr>"
+            for key, finding in self.findings.items()
+        )
+        return f"<table><caption>{escape(self.system.name)}</caption>{rows}</table>"
 
 
 def analyse(system: System, *, seconds: float = SECONDS) -> Analysis:
@@ -72,6 +81,11 @@ def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Finding]:
         return large_findings(system, keys)
     except UlnaError as error:
         return {key: not_applicable(key, str(error)) for key in keys}
+
+
+def _short(value: object, limit: int = 300) -> str:
+    text = "" if value is None else str(value)
+    return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters)"
 
 
 def _answered(
