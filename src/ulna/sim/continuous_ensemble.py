@@ -187,7 +187,8 @@ def _chunk(
     if grid is not None and path is not None:
         inside &= (np.square(path[:, :, :count]).sum(axis=1) < settings.bound**2).all(axis=0)
         held = [value[chosen] for value in _held(job)]
-        shown = to_numpy(batch.readouts)(*np.moveaxis(path[:, :, :count], 1, 0), *held) if batch.readouts.outputs else ()
+        evaluate = to_numpy(batch.readouts)
+        shown = evaluate(*np.moveaxis(path[:, :, :count], 1, 0), *held) if batch.readouts.outputs else ()
         for column, rows in enumerate(shown):
             _put(figures, chosen, column, output_figures(grid, rows, job.targets[chosen, column]))
     return [int(run) for run in chosen[~inside]]

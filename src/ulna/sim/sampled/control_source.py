@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from ulna.sim.sampled.discretisation import Euler, ExactHold, RungeKutta4
+from ulna.sim.sampled.loop_writer import LoopWriter
 from ulna.symbolic.hoist import HOISTED
 from ulna.symbolic.kernel import Kernel, restricted
-
-if TYPE_CHECKING:
-    from ulna.sim.sampled.source import LoopWriter
 
 
 def outputs_of(kernel: Kernel, stem: str) -> Kernel:
@@ -17,7 +13,7 @@ def outputs_of(kernel: Kernel, stem: str) -> Kernel:
     return restricted(kernel, [label for label in kernel.outputs if label.rstrip("0123456789") == stem])
 
 
-def plant_names(w: LoopWriter, x: list[str], u: list[str], d: list[str], time: str, p: list[str]) -> dict[str, str]:
+def plant_names(x: list[str], u: list[str], d: list[str], time: str, p: list[str]) -> dict[str, str]:
     """What the inputs of the plant's kernel are called in the source."""
     names = {f"x{k}": text for k, text in enumerate(x)} | {f"u{k}": text for k, text in enumerate(u)}
     names |= {f"d{k}": text for k, text in enumerate(d)} | {"t": time}
@@ -55,7 +51,7 @@ def write_measurement(w: LoopWriter) -> None:
         x, u = w.loads("x", layout.states), w.loads("ub", len(wiring.driven))
         d = [w.new(f"other{k} + {w.at(f'd{k}')}") for k in range(len(wiring.others))]
         p = w.loads("p", len(wiring.plant.before.outputs))
-        names = plant_names(w, x, u, d, w.load("time"), p)
+        names = plant_names(x, u, d, w.load("time"), p)
         missed = w.load("missed") if layout.missing else None
         kernel = restricted(wiring.plant.main, [label for label in wiring.plant.main.outputs if label[0] in "yo"])
         values = dict(zip(kernel.outputs, w.kernel(kernel, names), strict=True))
@@ -111,8 +107,6 @@ def _write_figures(w: LoopWriter, outputs: list[str]) -> None:
 def write_update(w: LoopWriter) -> None:
     """The controller's states from the last sample to this one."""
     layout, wiring = w.layout, w.layout.wiring
-    if not layout.memory:
-        return
     with w.runs():
         z = w.loads("z", layout.memory)
         older, newer = w.loads("yo", len(wiring.measured)), w.loads("yn", len(wiring.measured))
@@ -129,9 +123,10 @@ def write_update(w: LoopWriter) -> None:
                 z_new = _runge_kutta(w, z, (older, newer if interpolate else older), u, (before, after), steps)
             case ExactHold(interpolate=interpolate):
                 z_new = _exact(w, z, (older, newer), u, (before, after), interpolate=interpolate)
-        for k, value in enumerate(z_new):
+        for k, advanced in enumerate(z_new):
+            value = advanced
             if missed is not None:
-                value = w.new(f"{z[k]} if {missed} == 1.0 else {value}")
+                value = w.new(f"{z[k]} if {missed} == 1.0 else {advanced}")
             if k in layout.frozen:
                 w.store(f"kept{k}", z[k])
             w.store(f"z{k}", f"{value} if {alive} == 1.0 else {z[k]}")
@@ -222,9 +217,10 @@ def write_command(w: LoopWriter) -> None:
         for k, value in enumerate(estimates):
             w.store(f"e{k}", value)
         faulty = "0.0"
-        for k, command in enumerate(commands):
+        for k, computed in enumerate(commands):
+            command = computed
             if missed is not None:
-                command = w.new(f"{w.at(f'c{k}')} if {missed} == 1.0 else {command}")
+                command = w.new(f"{w.at(f'c{k}')} if {missed} == 1.0 else {computed}")
             w.store(f"c{k}", command)
             # A NaN, an infinity: the difference is then no number.
             faulty = w.new(f"{faulty} if {command} - {command} == 0.0 else 1.0")

@@ -22,9 +22,9 @@ def sampled_figures(job: Job, settings: Sampled, *, lanes: int = LANES) -> dict[
     Raises:
         SimulationError: names that fit nothing.
     """
+    count = samples_of(settings, 0.0, job.horizon)
     loop = loop_of(job.plant, settings, job.inputs, lanes=lanes, recording=False)
     wiring = loop.layout.wiring
-    count = samples_of(settings, 0.0, job.horizon)
     runs = len(job.initial)
     _check_own(job, loop)
     # What each run has of its own takes the place of what all share.
@@ -63,7 +63,9 @@ def _check_own(job: Job, loop: Loop) -> None:
     unknown = [name for name in job.references if name not in names]
     if unknown:
         raise SimulationError(
-            "references of the ensemble", f"nothing reads {unknown[0]}.", f"Known: {', '.join(sorted(names)) or 'none'}."
+            "references of the ensemble",
+            f"nothing reads {unknown[0]}.",
+            f"Give them in Sampled first; known: {', '.join(sorted(names)) or 'none'}.",
         )
     both = [s.name for s in wiring.driven if s.name in job.inputs or s.name in job.own_inputs]
     if both:

@@ -73,15 +73,24 @@ def _made(
     plant: System, settings: Sampled, formulas: dict[str, sp.Expr], ramps: bool, lanes: int, recording: bool
 ) -> Loop:
     wiring = wire(plant, settings, formulas)
+    _check_references(settings, wiring)
     layout, numbers = _layout(plant, settings, wiring, ramps)
+    held, memory = _held(settings, wiring), _memory(settings, wiring)
     source, names = loop_source(layout, lanes=lanes, recording=recording)
-    return Loop(
-        layout=layout,
-        run=compiled(source),
-        values=np.array([numbers[name] for name in names]),
-        held=_held(settings, wiring),
-        memory=_memory(settings, wiring),
-    )
+    values = np.array([numbers[name] for name in names])
+    # Last: mistakes come to light before seconds are spent on compiling.
+    return Loop(layout=layout, run=compiled(source), values=values, held=held, memory=memory)
+
+
+def _check_references(settings: Sampled, wiring: Wiring) -> None:
+    names = [s.name for s in wiring.references]
+    unused = [name for name in settings.references if name not in names]
+    if unused:
+        raise SimulationError(
+            f"references of the controller '{settings.controller.name}'",
+            f"nothing reads {', '.join(unused)}.",
+            f"Its inputs: {', '.join(s.name for s in settings.controller.inputs) or 'none'}.",
+        )
 
 
 def _layout(plant: System, settings: Sampled, wiring: Wiring, ramps: bool) -> tuple[Layout, dict[str, float]]:
@@ -262,7 +271,7 @@ def parameters_of(settings: Sampled, wiring: Wiring) -> list[float]:
             f"Give them: Sampled(parameters={{'{missing[0]}': ...}}).",
         )
     return [
-        float(settings.parameters[name]) if name in settings.parameters else rounded(sp.sympify(value), name)
+        rounded(value, name) if value is not None and name not in settings.parameters else settings.parameters[name]
         for name, value in wiring.parameters
     ]
 
@@ -284,7 +293,7 @@ def _memory(settings: Sampled, wiring: Wiring) -> np.ndarray:
         symbols = [sp.Symbol(name, real=True) for name in shown]
         own = [s.name for s in estimator.system.states]
         values = dict(zip(estimator.system.parameter_symbols, parameters_of(settings, wiring), strict=False))
-        expressions = [sp.sympify(e).xreplace(values) for e in estimator.start]
+        expressions = [expression.xreplace(values) for expression in estimator.start]
         evaluate = to_python(kernel("start", symbols, dict(zip(own, expressions, strict=True))))
         begun = evaluate(*(float(settings.initial.get(name, 0.0)) for name in shown))
         start |= {name: value for name, value in zip(own, begun, strict=True) if name not in settings.initial}
@@ -314,16 +323,10 @@ def samples_of(settings: Sampled, start: float, end: float) -> int:
 def reference_table(settings: Sampled, wiring: Wiring, count: int) -> np.ndarray:
     """(count + 1, references) values at the nominal sample times."""
     names = [s.name for s in wiring.references]
-    unused = [name for name in settings.references if name not in names]
-    if unused:
-        raise SimulationError(
-            f"references of the controller '{settings.controller.name}'",
-            f"nothing reads {', '.join(unused)}.",
-            f"Its inputs: {', '.join(s.name for s in settings.controller.inputs) or 'none'}.",
-        )
-    known = {name: float(v) for name, v in zip([n for n, _ in wiring.parameters], parameters_of(settings, wiring),
-                                               strict=True)}
-    return _table([as_input(name, settings.references[name]) for name in names], names, settings, count, known)
+    values = parameters_of(settings, wiring)
+    known = dict(zip((name for name, _ in wiring.parameters), values, strict=True))
+    given = [as_input(name, settings.references[name]) for name in names]
+    return _table(given, names, settings, count, known)
 
 
 def _table(

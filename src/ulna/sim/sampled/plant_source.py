@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from ulna.sim.sampled.control_source import combined, outputs_of, plant_names, pulse
-
-if TYPE_CHECKING:
-    from ulna.sim.sampled.source import LoopWriter
+from ulna.sim.sampled.loop_writer import LoopWriter
 
 
 def write_period(w: LoopWriter) -> None:
@@ -91,7 +87,7 @@ def _write_step(w: LoopWriter, length: str, inputs: list[str]) -> None:
         d.append(row)
 
     def rates(at: list[str], stage: int) -> list[str]:
-        return w.kernel(kernel, plant_names(w, at, u, d[stage], times[stage], p))
+        return w.kernel(kernel, plant_names(at, u, d[stage], times[stage], p))
 
     def moved(step: str, slopes: list[str]) -> list[str]:
         return [w.new(f"{a} + {step} * {b}") for a, b in zip(x, slopes, strict=True)]

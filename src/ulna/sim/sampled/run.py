@@ -45,9 +45,9 @@ def run_sampled(
     Raises:
         SimulationError: names and settings that fit nothing, times that are no sample times.
     """
+    count = samples_of(settings, float(times[0]), float(times[-1]))
     loop = loop_of(plant, settings, inputs, lanes=1, recording=True)
     _check_driven(loop, inputs)
-    count = samples_of(settings, float(times[0]), float(times[-1]))
     rows = _rows(times, settings, count)
     wiring = loop.layout.wiring
     columns = loop.layout.columns()
@@ -72,7 +72,7 @@ def run_sampled(
         results,
         record,
     )
-    ended = dict(zip(loop.layout.results(), results[0], strict=True))
+    ended = dict(zip(loop.layout.results(), results[0].tolist(), strict=True))
     outcome = OUTCOMES[int(ended["code"])]
     record = record[: last + 1]
     return _trajectory(plant, parameters, inputs, settings, loop, record, rows, outcome, ended)

@@ -55,7 +55,7 @@ class Sampled:
     controller: System
     period: float
     estimator: System | LinearInjection | None = None
-    discretisation: Discretisation = RungeKutta4()
+    discretisation: Discretisation = field(default_factory=RungeKutta4)
     plant_steps: int = 1
     delay: float = 0.0
     initial: Mapping[str, float] = field(default_factory=dict)

@@ -46,7 +46,7 @@ class Wiring:
 
 
 def numbered(stem: str, count: int) -> list[sp.Symbol]:
-    """`count` real symbols stem0, stem1, …"""
+    """`count` real symbols stem0, stem1 and so on."""
     return [sp.Symbol(f"{stem}{k}", real=True) for k in range(count)]
 
 
@@ -75,6 +75,7 @@ def wire(plant: System, settings: Sampled, formulas: Mapping[str, sp.Expr]) -> W
     owners = [controller] if estimator is None else [estimator, controller]
     renamed = _renamed(owners)
     estimates: dict[str, tuple[Signal, sp.Expr]] = {}
+    seen: dict[sp.Symbol, sp.Expr] = {}
     if estimator is not None:
         sources = {s.symbol: found.source(estimator, s.name, {}) for s in estimator.inputs}
         seen = {**renamed[0], **sources}
