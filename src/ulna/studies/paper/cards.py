@@ -33,6 +33,8 @@ _TONES: Final = {
     Finding.MISPRINT: Tone.BAD,
 }
 _LONG: Final = 90
+_WIDE: Final = 150
+_EXACTLY: Final = "comes out exactly"
 _COORDINATES: Final = {*X, *Z, *XBAR, Y, U}
 # A name of the paper inside a sentence: one of the letters above, or products of letters with an index (f1*h1), or R.
 _NAME: Final = re.compile(r"\b(?:" + "|".join(_LETTERS) + r"|[a-zA-Z]\d(?:\*[a-zA-Z]\d)*|R)\b")
@@ -44,7 +46,7 @@ def passage_card(judged: Judged) -> Card:
     blocks: list[Block] = [Text(text=passage.says), *_as_printed(passage.latex)]
     found = [c for c in judged.comparisons if c.finding in (Finding.ROUNDING, Finding.MISPRINT)]
     shown = [s for s in judged.shown if found or has_fractions(s.value)]
-    blocks += [Formula(latex=_shown(s), caption="comes out exactly") for s in shown]
+    blocks += [formula for s in shown for formula in _exactly(s)]
     listed = [c for c in found if printed_text(c) and exact_text(c.exact)]
     if listed:
         blocks.append(comparison_table(listed))
@@ -132,15 +134,23 @@ def _as_printed(latex: str) -> list[Block]:
     return [Text(text="Printed: " + ", ".join(f"${part}$" for part in parts))]
 
 
-def _shown(shown: Shown) -> str:
-    """What comes out: exactly, and in decimals beside it where there are fractions."""
-    exact, decimal = to_latex(shown.value), to_latex(with_decimals(shown.value, _DIGITS))
-    name = rf"\text{{{shown.name}}}: \quad " if shown.name and len(shown.name) > 2 else ""
-    if name == "" and shown.name:
-        name = rf"{shown.name} = "
-    if exact == decimal or not has_fractions(shown.value):
-        return f"{name}{exact}"
-    return rf"{name}{exact} \approx {decimal}"
+def _exactly(shown: Shown) -> list[Formula]:
+    """What comes out: exactly, and in decimals beside or below it where there are fractions."""
+    value = shown.value
+    if isinstance(value, sp.MatrixBase) and value.shape == (1, 1):
+        value = value[0, 0]
+    exact, decimal = to_latex(value), to_latex(with_decimals(value, _DIGITS))
+    name = ""
+    if shown.name:
+        name = f"{shown.name} = " if len(shown.name) <= 2 else rf"\text{{{shown.name.replace('_', ' ')}}} = "
+    if exact == decimal or not has_fractions(value):
+        return [Formula(latex=f"{name}{exact}", caption=_EXACTLY)]
+    if len(exact) <= _WIDE:
+        return [Formula(latex=rf"{name}{exact} \approx {decimal}", caption=_EXACTLY)]
+    return [
+        Formula(latex=f"{name}{exact}", caption=_EXACTLY),
+        Formula(latex=rf"{name}{decimal}", caption="in decimals"),
+    ]
 
 
 def has_fractions(value: sp.Expr | sp.MatrixBase) -> bool:

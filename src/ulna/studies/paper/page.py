@@ -174,7 +174,7 @@ def _picture(paper: Paper, number: int, pictures: Mapping[str, str], description
 
 
 def _claim_table(claims: Sequence[JudgedClaim]) -> Table:
-    words = {True: Badge(text="true", tone=Tone.GOOD), False: Badge(text="false", tone=Tone.BAD)}
+    words = {True: Badge(text="holds", tone=Tone.GOOD), False: Badge(text="does not hold", tone=Tone.BAD)}
     rows = tuple(
         (
             f"“{c.claim.text}”",
