@@ -100,7 +100,7 @@ def test_everything_imported_by_the_package_is_a_dependency_or_in_an_extra_for_u
 
 def test_every_module_loads_without_the_extras() -> None:
     """All but a module that is named after the library it is for; callers import it inside a function."""
-    extras = "casadi", "control", "numba"
+    extras = "casadi", "control", "distributed", "numba"
     code = f"""
 import importlib, pkgutil, sys
 for name in {extras}:

@@ -1,0 +1,175 @@
+"""`campaign`: many runs of one loop, by a plan, kept in a folder that survives anything."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ulna.campaign.crew import Crew, Local
+from ulna.campaign.encoding import to_text
+from ulna.campaign.errors import CampaignError
+from ulna.campaign.experiment import Experiment
+from ulna.campaign.grid import Grid
+from ulna.campaign.measures import Measures
+from ulna.campaign.part import experiment_of, versions
+from ulna.campaign.result import CampaignResult
+from ulna.campaign.runs import columns
+from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
+from ulna.campaign.store import Folder, Manifest, Memory, begin_folder
+from ulna.design.compensator import ClosedLoop
+from ulna.sim import Continuous
+from ulna.sim.sampled import Sampled
+from ulna.system import System
+
+CONTINUOUS = Continuous()
+
+PART = 10_000
+"""Runs of a part, unless asked otherwise: seconds of work, a megabyte of results."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Progress:
+    """How far a campaign is. done, total: runs. fresh: of the done, those of this call. seconds: since it began."""
+
+    done: int
+    total: int
+    fresh: int
+    seconds: float
+
+    @property
+    def rate(self) -> float:
+        """Runs per second."""
+        return self.fresh / self.seconds if self.seconds > 0 else 0.0
+
+    @property
+    def time_left(self) -> float:
+        """s until the end at this rate; infinite before the first part."""
+        return (self.total - self.done) / self.rate if self.rate > 0 else float("inf")
+
+
+def campaign(
+    loop: ClosedLoop | System,
+    plan: Grid | LatinHypercube | Sobol | Random | Saltelli,
+    measures: Measures | None = None,
+    *,
+    horizon: float,
+    time: Continuous | Sampled = CONTINUOUS,
+    initial: Mapping[str, float] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    inputs: Mapping[str, float] | None = None,
+    store: str | os.PathLike[str] | None = None,
+    part: int = PART,
+    crew: Crew | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> CampaignResult:
+    """All runs of the plan, each reduced to its figures.
+
+    Run k depends on the loop, the plan and k alone: neither on `part` nor on who computes it. Killed at any moment
+    and called again with the same arguments, it goes on with what is missing. A run that blows up is one result.
+
+    Args:
+        loop: with `Continuous` a closed loop (or any system), with `Sampled` the plant.
+        plan: what varies: initial states, parameters, constant inputs and references, by name.
+        measures: what is kept; of a `ClosedLoop` by default how the plant's outputs settle and its inputs' peaks.
+        horizon: length of each run, s.
+        time: how time passes.
+        initial: SI values of states that do not vary; others start at 0.
+        parameters: SI values in place of the loop's own.
+        inputs: constant inputs in SI, set points among them; others are 0.
+        store: folder for the results; without one they are kept in memory.
+        part: runs that are computed, stored and, after an interruption, repeated together.
+        crew: who computes: `Local()` or `Cluster(address=...)`.
+        progress: is told after every part.
+
+    Raises:
+        CampaignError: unknown names, values out of bounds, a folder that holds something else, a full disk, a
+            scheduler that does not answer.
+        SimulationError: settings of the loop that contradict each other.
+
+    Example:
+        >>> campaign(loop, Random(vary={"m2": Uniform(low=0, high=5)}, runs=10_000), horizon=5)  # doctest: +SKIP
+    """
+    if part < 1:
+        raise CampaignError(f"campaign(part={part})", "a part has at least one run.")
+    system = loop.system if isinstance(loop, ClosedLoop) else loop
+    experiment = Experiment(
+        system=system,
+        horizon=float(horizon),
+        time=time,
+        plan=plan,
+        initial=dict(initial or {}),
+        parameters=dict(parameters or {}),
+        inputs=dict(inputs or {}),
+        measures=measures or _measures(loop),
+    )
+    manifest = Manifest(settings=to_text(experiment), versions=versions(), runs=plan.count, size=part)
+    # From here on the text alone counts: it is what workers and a later replay read.
+    _check_alike(experiment, experiment_of(manifest.settings))
+    if store is None:
+        memory = Memory(manifest)
+        _work(memory, crew or Local(), progress)
+        return CampaignResult(store=memory)
+    folder = begin_folder(Path(store), manifest)
+    with folder.locked():
+        folder.scan()
+        folder.drop_damaged()
+        _check_room(folder, experiment)
+        _work(folder, crew or Local(), progress)
+    return CampaignResult(store=folder)
+
+
+def _work(store: Folder | Memory, crew: Crew, progress: Callable[[Progress], None] | None) -> None:
+    manifest = store.manifest
+    there = store.done()
+    missing = [span for span in manifest.spans if span not in there]
+    done = sum(last - first for first, last in there)
+    begun, before = clock.monotonic(), done
+
+    def tell() -> None:
+        if progress is not None:
+            progress(Progress(done=done, total=manifest.runs, fresh=done - before, seconds=clock.monotonic() - begun))
+
+    tell()
+    if not missing:
+        return
+    for span, data in crew.parts(manifest.settings, manifest.versions, missing):
+        store.put(span, data)
+        done += span[1] - span[0]
+        tell()
+
+
+def _measures(loop: ClosedLoop | System) -> Measures:
+    if not isinstance(loop, ClosedLoop):
+        return Measures()
+    shown = {s.name for s in loop.system.outputs}
+    return Measures(
+        outputs=tuple(s.name for s in loop.plant.outputs if s.name in shown),
+        effort=tuple(s.name for s in loop.plant.inputs if s.name in shown),
+    )
+
+
+def _check_alike(given: Experiment, read: Experiment) -> None:
+    """The settings must survive being written and read: a loop with other formulas would be run."""
+    if to_text(given) != to_text(read):
+        raise CampaignError(
+            f"settings of the campaign with '{given.system.name}'",
+            "they do not read back as they were written.",
+            "A formula of the loop is beyond the formula language.",
+        )
+
+
+def _check_room(folder: Folder, experiment: Experiment) -> None:
+    """Refuse now what the disk cannot hold, rather than after hours."""
+    each = sum(1 if column.whole else 8 for column in columns(experiment))
+    missing = folder.manifest.runs - sum(last - first for first, last in folder.done())
+    free = shutil.disk_usage(folder.path).free
+    if each * missing > free:
+        raise CampaignError(
+            f"the result folder '{folder.path}'",
+            f"{missing} runs take {each * missing / 1e9:.3g} GB, {free / 1e9:.3g} GB are free there.",
+            "Make room, or ask for fewer runs.",
+        )

@@ -1,0 +1,94 @@
+"""Who computes the parts: `Local` on this machine, `Cluster` on Dask workers."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any, Protocol, runtime_checkable
+
+from ulna.base import OptionalDependencyError
+from ulna.campaign.errors import CampaignError
+from ulna.campaign.part import computed_part
+from ulna.campaign.store import Span
+
+
+@runtime_checkable
+class Crew(Protocol):
+    """Computes parts in any order, few at a time."""
+
+    def parts(self, settings: str, versions: Mapping[str, str], spans: Iterable[Span]) -> Iterator[tuple[Span, bytes]]:
+        """Each part with its bytes, as they come."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Local:
+    """Threads of this process: the compiled loops let go of Python's lock.
+
+    Args:
+        threads: how many; by default one for each core this process may use.
+
+    Raises:
+        CampaignError: fewer than one.
+    """
+
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.threads is not None and self.threads < 1:
+            raise CampaignError(f"Local(threads={self.threads})", "at least one is needed.")
+
+    def parts(self, settings: str, versions: Mapping[str, str], spans: Iterable[Span]) -> Iterator[tuple[Span, bytes]]:
+        """Each part with its bytes. One part is being computed while the one before is written."""
+        threads = self.threads or len(os.sched_getaffinity(0))
+        with ThreadPoolExecutor(1) as pool:
+            waiting: list[tuple[Span, Future[bytes]]] = []
+            for span in spans:
+                waiting.append((span, pool.submit(computed_part, settings, versions, *span, threads)))
+                if len(waiting) > 1:
+                    done, future = waiting.pop(0)
+                    yield done, future.result()
+            for done, future in waiting:
+                yield done, future.result()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cluster:
+    """Workers of Dask distributed. A worker that dies is survived: its parts go to others.
+
+    Args:
+        address: of the scheduler, such as `tcp://10.0.0.1:8786`; or
+        client: a `distributed.Client` that is connected already.
+        timeout: s to wait for the scheduler, and for a worker where there is none.
+        deaths: how many workers may die over the same part.
+
+    Raises:
+        CampaignError: neither or both of address and client.
+    """
+
+    address: str | None = None
+    client: Any = field(default=None, repr=False)
+    timeout: float = 10.0
+    deaths: int = 10
+
+    def __post_init__(self) -> None:
+        if (self.address is None) == (self.client is None):
+            raise CampaignError("Cluster()", "it needs either address= or client=.")
+        if not self.timeout > 0:
+            raise CampaignError(f"Cluster(timeout={self.timeout})", "it must be positive.")
+
+    def parts(self, settings: str, versions: Mapping[str, str], spans: Iterable[Span]) -> Iterator[tuple[Span, bytes]]:
+        """Each part with its bytes.
+
+        Raises:
+            CampaignError: an unreachable scheduler, no workers, workers with other libraries.
+            OptionalDependencyError: without Dask.
+        """
+        try:
+            from ulna.campaign.distributed import connected, dask_parts
+        except ImportError:
+            raise OptionalDependencyError("a campaign on a cluster", "campaign") from None
+        with connected(self.client, self.address, self.timeout) as client:
+            yield from dask_parts(client, settings, versions, spans, timeout=self.timeout, deaths=self.deaths)

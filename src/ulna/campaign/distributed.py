@@ -1,0 +1,140 @@
+"""Parts on Dask workers: few tasks in flight, dead workers outlived."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from typing import Any
+
+from distributed import Client, Future, wait
+from distributed.scheduler import KilledWorker
+
+from ulna.campaign.errors import CampaignError
+from ulna.campaign.part import computed_part
+from ulna.campaign.store import Span
+
+AHEAD = 3
+"""Tasks in flight for each thread of the workers."""
+
+LOOK = 0.5
+"""s between two looks at whether there are workers at all."""
+
+
+@contextmanager
+def connected(client: Any, address: str | None, timeout: float) -> Iterator[Client]:
+    """A client of the scheduler, closed at the end if it was opened here.
+
+    Raises:
+        CampaignError: where nothing answers within the timeout.
+    """
+    if client is not None:
+        yield client
+        return
+    try:
+        opened = Client(address, timeout=timeout, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise CampaignError(
+            f"the Dask scheduler '{address}'",
+            f"nothing answers there within {timeout:g} s ({type(error).__name__}).",
+            "Give an address such as tcp://10.0.0.1:8786, as `dask scheduler` prints it.",
+        ) from None
+    try:
+        yield opened
+    finally:
+        opened.close()
+
+
+def dask_parts(
+    client: Client,
+    settings: str,
+    versions: Mapping[str, str],
+    spans: Iterable[Span],
+    *,
+    timeout: float,
+    deaths: int,
+) -> Iterator[tuple[Span, bytes]]:
+    """Each part with its bytes, as they come. See `Cluster`."""
+    left = iter(spans)
+    flying: dict[Future, Span] = {}
+    lost: dict[Span, int] = {}
+
+    def send(span: Span) -> None:
+        # Impure: a task forgotten by a scheduler that began anew must not be mistaken for this one.
+        future = client.submit(computed_part, settings, dict(versions), *span, 1, pure=False, retries=0)
+        flying[future] = span
+
+    try:
+        while True:
+            room = AHEAD * _threads(client, timeout) - len(flying)
+            for span in (span for span, _ in zip(left, range(max(0, room)), strict=False)):
+                send(span)
+            if not flying:
+                return
+            for future in _finished(flying):
+                span = flying.pop(future)
+                data = _result(future, span, lost, deaths)
+                if data is None:
+                    send(span)
+                else:
+                    future.release()
+                    yield span, data
+    finally:
+        client.cancel(list(flying))
+
+
+def _finished(flying: Mapping[Future, Span]) -> list[Future]:
+    try:
+        wait(list(flying), timeout=LOOK, return_when="FIRST_COMPLETED")
+    except TimeoutError:
+        return []
+    except CancelledError:
+        pass
+    return [future for future in flying if future.status != "pending"]
+
+
+def _result(future: Future, span: Span, lost: dict[Span, int], deaths: int) -> bytes | None:
+    """The bytes of a part; None where the workers died over it and it is to be sent again."""
+    try:
+        return future.result()
+    except (KilledWorker, CancelledError) as error:
+        lost[span] = lost.get(span, 0) + 1
+        if lost[span] > deaths:
+            raise CampaignError(
+                f"runs {span[0]} to {span[1] - 1} of the campaign",
+                f"{lost[span]} workers died over them ({error}).",
+                "Look at the workers' logs; parts that are done are safe. Smaller parts need less memory.",
+            ) from None
+        return None
+
+
+def _threads(client: Client, timeout: float) -> int:
+    """Threads of all workers; waits for a worker to come where there is none.
+
+    Raises:
+        CampaignError: no worker within the timeout, or no scheduler any more.
+    """
+    until = time.monotonic() + timeout
+    while True:
+        if client.status not in ("running", "connecting"):
+            break
+        try:
+            counts: Any = client.nthreads()
+            threads = sum(counts.values())
+        except OSError:
+            break
+        if threads:
+            return threads
+        if time.monotonic() > until:
+            raise CampaignError(
+                "a campaign on a cluster",
+                f"the scheduler has had no workers for {timeout:g} s.",
+                "Start some: `dask worker ADDRESS`. Parts that are done are safe.",
+            )
+        time.sleep(LOOK)
+    raise CampaignError(
+        "a campaign on a cluster",
+        "the scheduler is gone.",
+        "Start it and the campaign again; parts that are done are safe.",
+    )

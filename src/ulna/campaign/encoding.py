@@ -1,0 +1,117 @@
+"""Settings of a campaign as JSON text and back. What is stored is what is run, here and on every worker.
+
+Values are frozen dataclasses of ulna, numbers, texts, formulas and arrays. Nothing in the text is ever executed: it
+names classes from a fixed table, and formulas go through the formula parser.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from ulna.base import UlnaError
+from ulna.campaign.errors import CampaignError
+from ulna.symbolic.parse import parse_formula
+from ulna.symbolic.text import formula
+
+TYPE = "type"
+
+
+def to_text(value: Any) -> str:
+    """The value as JSON text; equal settings give equal text.
+
+    Raises:
+        CampaignError: something that cannot be stored.
+    """
+    return json.dumps(_encoded(value), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
+def from_text(text: str) -> Any:
+    """The value of a text that `to_text` wrote.
+
+    Raises:
+        CampaignError: for any other text.
+    """
+    try:
+        return _decoded(json.loads(text))
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise CampaignError("settings of a campaign", f"they cannot be read ({error}).") from None
+    except UlnaError as error:
+        raise CampaignError("settings of a campaign", f"they cannot be read ({error}).") from None
+
+
+@cache
+def known_types() -> Mapping[str, type]:
+    """The classes that may stand in settings, by name."""
+    from ulna import sim, system
+    from ulna.campaign import distributions, experiment, grid, measures, sampling
+    from ulna.sim import sampled
+    from ulna.system import linear_injection
+
+    modules = (sim, sampled, system, linear_injection, distributions, grid, sampling, measures, experiment)
+    return {
+        name: value
+        for module in modules
+        for name, value in vars(module).items()
+        if isinstance(value, type) and is_dataclass(value) and value.__module__.startswith("ulna.")
+    }
+
+
+def _encoded(value: Any) -> Any:
+    match value:
+        case None | bool() | str():
+            return value
+        case float():
+            # JSON knows no infinity.
+            return float(value) if math.isfinite(value) else {TYPE: "float", "value": repr(float(value))}
+        case int():
+            return int(value)
+        case np.ndarray():
+            return {TYPE: "array", "values": [_encoded(v) for v in value.tolist()]}
+        case np.generic():
+            return _encoded(value.item())
+        case sp.MatrixBase():
+            return {TYPE: "matrix", "rows": [[_encoded(e) for e in value.row(k)] for k in range(value.rows)]}
+        case sp.Expr():
+            symbols = sorted(s.name for s in value.free_symbols if isinstance(s, sp.Symbol))
+            return {TYPE: "formula", "text": formula(value), "symbols": symbols}
+        case Mapping():
+            return {TYPE: "map", "entries": [[str(k), _encoded(v)] for k, v in value.items()]}
+        case list() | tuple():
+            return [_encoded(v) for v in value]
+    name = type(value).__name__
+    if known_types().get(name) is not type(value):
+        raise CampaignError(
+            f"a {name} in the settings of a campaign",
+            "it cannot be stored.",
+            "Use ulna's own plans, distributions, inputs and time settings.",
+        )
+    return {TYPE: name, **{f.name: _encoded(getattr(value, f.name)) for f in fields(value) if f.init}}
+
+
+def _decoded(data: Any) -> Any:
+    if isinstance(data, list):
+        return tuple(_decoded(entry) for entry in data)
+    if not isinstance(data, dict):
+        return data
+    match data[TYPE]:
+        case "float":
+            return float(data["value"])
+        case "array":
+            return np.array([_decoded(v) for v in data["values"]], dtype=float)
+        case "matrix":
+            return sp.ImmutableDenseMatrix([[_decoded(e) for e in row] for row in data["rows"]])
+        case "formula":
+            symbols = {name: sp.Symbol(name, real=True) for name in data["symbols"]}
+            return parse_formula(data["text"], symbols, where="settings of a campaign")
+        case "map":
+            return {key: _decoded(value) for key, value in data["entries"]}
+    kind = known_types()[data[TYPE]]
+    return kind(**{key: _decoded(value) for key, value in data.items() if key != TYPE})

@@ -1,0 +1,318 @@
+"""A folder that holds a campaign: a manifest, and one file for each part that is done.
+
+A part lands under its final name by a rename, after its bytes have reached the disk, and its name carries a
+fingerprint of its contents. Whatever stands under such a name is therefore whole, or is found out: the folder can be
+left at any moment, by SIGKILL or power cut, and taken up again.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+from uuid import uuid4
+
+from ulna.campaign.errors import CampaignError
+from ulna.campaign.part import fingerprint
+
+MANIFEST = "campaign.json"
+PARTS = "parts"
+LOCK = ".lock"
+FORMAT = 1
+
+_PART = re.compile(r"(\d{13})-(\d{13})\.([0-9a-f]{32})\.nc")
+_LEFTOVER = re.compile(r"\.[0-9a-f]{32}\.part")
+
+Span = tuple[int, int]
+"""first, last: the runs first ≤ k < last."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Manifest:
+    """What a folder holds, and all that is needed to compute it again bit for bit.
+
+    Attributes:
+        settings: text of the experiment. versions: of libraries. runs: how many. size: runs of a part.
+    """
+
+    settings: str
+    versions: Mapping[str, str]
+    runs: int
+    size: int
+
+    @property
+    def spans(self) -> list[Span]:
+        """All parts, in order."""
+        return [(first, min(first + self.size, self.runs)) for first in range(0, self.runs, self.size)]
+
+
+class Store(Protocol):
+    """Where parts are kept."""
+
+    @property
+    def manifest(self) -> Manifest:
+        """What is kept."""
+        ...
+
+    def done(self) -> set[Span]:
+        """The parts that are there."""
+        ...
+
+    def put(self, span: Span, data: bytes) -> None:
+        """Keep a part."""
+        ...
+
+    def get(self, span: Span) -> bytes:
+        """A part that is there, checked."""
+        ...
+
+
+class Memory:
+    """A store that ends with the process.
+
+    Args:
+        manifest: of the campaign.
+    """
+
+    def __init__(self, manifest: Manifest) -> None:
+        self.manifest = manifest
+        self._parts: dict[Span, bytes] = {}
+
+    def done(self) -> set[Span]:
+        """The parts that are there."""
+        return set(self._parts)
+
+    def put(self, span: Span, data: bytes) -> None:
+        """Keep a part."""
+        self._parts[span] = data
+
+    def get(self, span: Span) -> bytes:
+        """A part."""
+        return self._parts[span]
+
+
+class Folder:
+    """A store on disk; `open_folder` and `begin_folder` make it.
+
+    Args:
+        path: the folder.
+        manifest: what stands in it.
+    """
+
+    def __init__(self, path: Path, manifest: Manifest) -> None:
+        self.path = path
+        self.manifest = manifest
+        self._names: dict[Span, str] = {}
+        self.scan()
+
+    def scan(self) -> None:
+        """Look again which parts there are."""
+        allowed = set(self.manifest.spans)
+        found = {}
+        for name in _listed(self.path / PARTS):
+            match = _PART.fullmatch(name)
+            if match and (span := (int(match[1]), int(match[2]))) in allowed:
+                found[span] = name
+        self._names = found
+
+    def done(self) -> set[Span]:
+        """The parts that are there; each was whole when it was written."""
+        return set(self._names)
+
+    def put(self, span: Span, data: bytes) -> None:
+        """Write a part: it is there whole or not at all.
+
+        Raises:
+            CampaignError: a disk that is full or cannot be written; parts that are there stay.
+        """
+        name = f"{span[0]:013d}-{span[1]:013d}.{fingerprint(data)}.nc"
+        try:
+            write_whole(self.path / PARTS / name, data)
+        except OSError as error:
+            done = sum(last - first for first, last in self._names)
+            raise CampaignError(
+                f"the result folder '{self.path}'",
+                f"a part cannot be written: {(error.strerror or str(error)).lower()}; "
+                f"{done} of {self.manifest.runs} runs are safe in it.",
+                "Make room, then start the same campaign again: it goes on from there.",
+            ) from error
+        self._names[span] = name
+
+    def get(self, span: Span) -> bytes:
+        """The bytes of a part.
+
+        Raises:
+            CampaignError: a part that is missing, truncated or altered.
+        """
+        name = self._names.get(span)
+        if name is None:
+            raise CampaignError(
+                f"the result folder '{self.path}'", f"runs {span[0]} to {span[1] - 1} are not there yet."
+            )
+        try:
+            data = (self.path / PARTS / name).read_bytes()
+        except OSError as error:
+            raise _unreadable(self.path, error) from error
+        if fingerprint(data) != name.split(".")[1]:
+            raise CampaignError(
+                f"the result folder '{self.path}'",
+                f"the part '{PARTS}/{name}' is truncated or altered.",
+                "Start the same campaign again: it computes that part anew.",
+            )
+        return data
+
+    def drop_damaged(self) -> int:
+        """Remove parts whose bytes are not what was written; how many."""
+        damaged = 0
+        for span in sorted(self._names):
+            try:
+                self.get(span)
+            except CampaignError:
+                (self.path / PARTS / self._names.pop(span)).unlink(missing_ok=True)
+                damaged += 1
+        return damaged
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Keep a second process from working on the folder; the lock ends with the process, however that ends.
+
+        Raises:
+            CampaignError: where another process is at work.
+        """
+        try:
+            handle = os.open(self.path / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+        except OSError as error:
+            raise _unwritable(self.path, error) from error
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            for name in _listed(self.path / PARTS):
+                if _LEFTOVER.fullmatch(name):
+                    (self.path / PARTS / name).unlink(missing_ok=True)
+            yield
+        except BlockingIOError:
+            raise CampaignError(
+                f"the result folder '{self.path}'", "another process is at work on it.", "Wait for it, or end it."
+            ) from None
+        finally:
+            os.close(handle)
+
+
+def begin_folder(path: Path, wanted: Manifest) -> Folder:
+    """The folder for a campaign: a new one, or the one in which it was begun.
+
+    Raises:
+        CampaignError: a folder that holds something else, was begun with other libraries, or cannot be written.
+    """
+    if (path / MANIFEST).is_file():
+        folder = open_folder(path)
+        _check_same(path, folder.manifest, wanted)
+        return folder
+    try:
+        if path.exists() and not path.is_dir():
+            raise CampaignError(f"the result folder '{path}'", "there is a file of this name.", "Give another folder.")
+        # A process killed here leaves `parts` or the lock and no manifest; nothing else may be there.
+        strange = [name for name in _listed(path) if name not in (PARTS, LOCK) and not _LEFTOVER.fullmatch(name)]
+        if strange or _listed(path / PARTS):
+            raise CampaignError(
+                f"the result folder '{path}'",
+                f"it holds files that are no campaign ({', '.join((strange or [PARTS])[:3])}).",
+                "Give an empty or a new folder.",
+            )
+        (path / PARTS).mkdir(parents=True, exist_ok=True)
+        data = {
+            "format": FORMAT,
+            "runs": wanted.runs,
+            "size": wanted.size,
+            "versions": dict(wanted.versions),
+            "settings": json.loads(wanted.settings),
+        }
+        write_whole(path / MANIFEST, (json.dumps(data, indent=1, ensure_ascii=False) + "\n").encode())
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    return open_folder(path)
+
+
+def open_folder(path: Path) -> Folder:
+    """The campaign in a folder.
+
+    Raises:
+        CampaignError: where there is none, or its manifest cannot be read.
+    """
+    try:
+        data: Any = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise CampaignError(f"the result folder '{path}'", f"there is no {MANIFEST} in it.") from None
+    except OSError as error:
+        raise _unreadable(path, error) from error
+    except ValueError as error:
+        raise CampaignError(f"'{path / MANIFEST}'", f"it is truncated or no JSON ({error}).") from None
+    try:
+        if data["format"] != FORMAT:
+            raise CampaignError(f"'{path / MANIFEST}'", f"format {data['format']} is unknown.")
+        settings = json.dumps(data["settings"], ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        manifest = Manifest(
+            settings=settings, versions=dict(data["versions"]), runs=int(data["runs"]), size=int(data["size"])
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise CampaignError(f"'{path / MANIFEST}'", f"it is no manifest of a campaign ({error!r}).") from None
+    return Folder(path, manifest)
+
+
+def write_whole(target: Path, data: bytes) -> None:
+    """Write a file so that it is there whole or not at all, also after a power cut.
+
+    Raises:
+        OSError: it cannot be written; nothing is left of it.
+    """
+    part = target.with_name(f".{uuid4().hex}.part")
+    try:
+        with part.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(target)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+    handle = os.open(target.parent, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _check_same(path: Path, found: Manifest, wanted: Manifest) -> None:
+    if found.settings != wanted.settings:
+        theirs, ours = json.loads(found.settings), json.loads(wanted.settings)
+        differing = [key for key in ours if ours[key] != theirs.get(key)]
+        raise CampaignError(
+            f"the result folder '{path}'",
+            f"it holds another campaign (other {', '.join(differing) or 'settings'}).",
+            "Give another folder, or the same settings to go on.",
+        )
+    differing = [f"{name} {version}" for name, version in found.versions.items() if wanted.versions[name] != version]
+    if differing:
+        raise CampaignError(
+            f"the result folder '{path}'",
+            f"its campaign was begun with {', '.join(differing)}, which is not what is installed here.",
+            "Results of both would differ in their last bits: install those versions, or give another folder.",
+        )
+
+
+def _listed(folder: Path) -> list[str]:
+    return sorted(entry.name for entry in folder.iterdir()) if folder.is_dir() else []
+
+
+def _unwritable(path: Path, error: OSError) -> CampaignError:
+    reason = (error.strerror or str(error)).lower()
+    return CampaignError(f"the result folder '{path}'", f"it cannot be written: {reason}.", "Give another one.")
+
+
+def _unreadable(path: Path, error: OSError) -> CampaignError:
+    return CampaignError(f"the result folder '{path}'", f"it cannot be read: {(error.strerror or str(error)).lower()}.")
