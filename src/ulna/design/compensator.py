@@ -78,9 +78,11 @@ def compensator(law: Law, observer: StateEstimator) -> Compensator:
 def close_loop(plant: System, controller: Law | Compensator) -> ClosedLoop:
     """The closed loop of a plant, not necessarily the one designed for, and a law or compensator."""
     if isinstance(controller, Law):
+        # A law designed for a reduced plant asks for some of the states only.
+        asked = {s.name for s in controller.system.inputs}
         measured, wires = (
             _with_states_as_outputs(plant),
-            {f"controller.{s.name}": f"plant.{s.name}" for s in plant.states},
+            {f"controller.{s.name}": f"plant.{s.name}" for s in plant.states if s.name in asked},
         )
         shown: list[str] = []
     else:

@@ -13,6 +13,7 @@ from ulna.models.battery import Battery, voltage_range
 from ulna.models.catalogue import Model, model, models
 from ulna.models.drive import BackDriven
 from ulna.models.driven_arm import DrivenArm, arm_with_drive, driven_arm, with_meters
+from ulna.models.load_estimate import LoadEstimate, load_estimate
 from ulna.models.presets import Limits, Preset, preset, preset_from_mapping, presets
 from ulna.models.statics import Hold, TorqueMargin, hold, no_load_speed, require_liftable, torque_margin
 from ulna.models.thermal import Heating, steady_rise, thermal_current
@@ -28,6 +29,7 @@ __all__ = [
     "Heating",
     "Hold",
     "Limits",
+    "LoadEstimate",
     "Model",
     "Preset",
     "RangeOfMotion",
@@ -38,6 +40,7 @@ __all__ = [
     "body_segments",
     "driven_arm",
     "hold",
+    "load_estimate",
     "measured_forearm",
     "model",
     "models",
