@@ -10,8 +10,10 @@ from ulna.base import NoFormError
 from ulna.design.observer_check import check_observer_form
 from ulna.design.observer_conditions import observer_conditions
 from ulna.design.observer_form import ObserverForm, find_observer_form, observer_form
+from ulna.design.observer_refutation import refutation_at_a_point
 from ulna.design.output_functions import output_section
 from ulna.design.output_transformation import output_transformation, transformed_observer_form
+from ulna.geometry.observability import observability
 from ulna.symbolic.zero import are_zero
 from ulna.system import System, control_affine, read_system, system_from_mapping
 
@@ -243,3 +245,20 @@ def test_the_check_refuses_dependent_coordinates() -> None:
     zero = sp.zeros(2, 1)
     verdict = check_observer_form(section, sp.Matrix([X1, X1]), (2,), zero, sp.zeros(2, 0), measured=section.y)
     assert verdict.fails
+
+
+def test_a_plant_too_large_for_brackets_is_refuted_at_a_point() -> None:
+    ball_and_beam = plant(
+        {"x1": "x2", "x2": "B*(x1*x4**2 - G*sin(x3))", "x3": "x4", "x4": "u"}, {"y": "x1"}, "u", "B G"
+    )
+    verdict = refutation_at_a_point(observability(ball_and_beam))
+    assert verdict.fails
+    assert verdict.evidence["any_psi"]
+    assert output_transformation(ball_and_beam).verdict.fails
+
+
+@pytest.mark.parametrize("system", [BRACKETS, random_disguise(4), random_disguise(8, transformed="exp")])
+def test_a_point_never_refutes_what_has_a_form(system: System) -> None:
+    verdict = refutation_at_a_point(observability(system))
+    assert not (verdict.fails and verdict.evidence["any_psi"])
+    assert output_transformation(system).verdict.holds

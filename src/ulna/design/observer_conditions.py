@@ -9,6 +9,7 @@ from itertools import combinations
 import sympy as sp
 
 from ulna.base.verdict import Status, Verdict, all_of
+from ulna.design.observer_refutation import refutation_at_a_point
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.observability import Observability, observability
 from ulna.symbolic.budget import attempt
@@ -20,6 +21,8 @@ from ulna.system.system import System
 
 _TEST = SampledZero(seconds=0.4)
 _SECONDS = 4.0
+_LARGE = 60
+"""Operations in Q above which one point is looked at before brackets are written down."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,15 +62,23 @@ def observer_conditions(system: System) -> ObserverConditions:
     view = seen.view
     claim = f"'{system.name}' has an observer form z' = A z + γ(y, u)"
     if not seen.observable.holds:
-        return _without_rank(seen, claim, seen.observable)
+        return _without_fields(seen, claim, seen.observable)
+    large = len(view.x) > 1 and sum(e.count_ops() for e in seen.matrix) > _LARGE
+    quick = Verdict.undecided("a slope at a point", tried="not yet")
+    if large:
+        quick = refutation_at_a_point(seen)
+        if quick.fails and quick.evidence["any_psi"]:
+            return _without_fields(seen, claim, quick)
     found = inverse_last_column(sp.Matrix(seen.matrix))
     if found.solution is None:
-        return _without_rank(seen, claim, Verdict.undecided("the starting field is known", tried="Q τ = e_n"))
+        why = Verdict.undecided("the starting field is known", tried="Q τ = e_n")
+        return _without_fields(seen, claim, quick if large and quick.fails else why)
     started = tuple(found.solution)
     result = attempt(_SECONDS, "brackets of the starting field", _brackets, view, sp.ImmutableDenseMatrix(started))
     if result.value is None:
         undecided = Verdict.undecided("brackets of the starting field", tried=result.reason)
-        fields, commuting, inputs = (sp.ImmutableDenseMatrix(started),), undecided, undecided
+        quick = refutation_at_a_point(seen) if not large and len(view.x) > 1 else quick
+        fields, commuting, inputs = (sp.ImmutableDenseMatrix(started),), quick if quick.fails else undecided, undecided
     else:
         fields, commuting, inputs = result.value
     return ObserverConditions(
@@ -142,7 +153,7 @@ def vanishes(field: sp.MatrixBase) -> Verdict:
     return all_of("the field vanishes", parts)
 
 
-def _without_rank(seen: Observability, claim: str, why: Verdict) -> ObserverConditions:
+def _without_fields(seen: Observability, claim: str, why: Verdict) -> ObserverConditions:
     status = Status.REFUTED if why.fails else Status.UNDECIDED
     missing = Verdict.undecided("brackets of the starting field", tried="there is no starting field")
     exists = Verdict(claim=claim, status=status, evidence={**why.evidence, "because": why.claim})

@@ -21,7 +21,8 @@ from ulna.design.observer_conditions import ObserverConditions, observer_conditi
 from ulna.design.output_functions import OutputSection, output_section
 from ulna.design.straightened import StraightenedPlant, straightened_plant
 from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
-from ulna.geometry.observability import observability
+from ulna.geometry.observability import Observability, observability
+from ulna.symbolic.budget import attempt
 from ulna.symbolic.linear import inverse
 from ulna.symbolic.simplify import tidy
 from ulna.symbolic.text import formula
@@ -29,6 +30,8 @@ from ulna.symbolic.zero import SampledZero
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.operating_point import operating_point
 from ulna.system.system import System
+
+_SECONDS = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,26 +131,33 @@ def find_observer_form(system: System) -> ObserverFormSearch:
     seen = observability(system)
     conditions = observer_conditions(system) if len(system.outputs) == 1 else None
     known = seen.observable if conditions is None else conditions.exists
-    if not known.holds:
+    if known.fails or (conditions is not None and not conditions.fields) or not seen.observable.holds:
         verdict = Verdict(claim=claim, status=known.status, evidence={"because": known.claim, **known.evidence})
         return ObserverFormSearch(system=system, form=None, verdict=verdict, conditions=conditions)
-    section = output_section(seen.view)
-    if conditions is not None and conditions.starting_field is not None:
-        chain = search_chain(section, conditions.fields, section.y[0], claim)
-    else:
-        chain = search_blocks(section, seen, claim)
-    form = None if chain.coordinates is None else assemble(section, chain)
-    verdict = chain.verdict if form is None else form.verdict
-    if form is None and chain.coordinates is not None:
-        verdict = Verdict.undecided(claim, tried="the inverse of the Jacobian of the coordinates found")
-    if verdict.fails:
-        form = None
+    result = attempt(_SECONDS, "search for the coordinates", _searched, seen, conditions, claim)
+    form, verdict = result.value or (None, Verdict.undecided(claim, tried=result.reason))
     return ObserverFormSearch(
         system=system,
         form=form,
         verdict=Verdict(claim=claim, status=verdict.status, evidence={"because": verdict.claim, **verdict.evidence}),
         conditions=conditions,
     )
+
+
+def _searched(
+    seen: Observability, conditions: ObserverConditions | None, claim: str
+) -> tuple[ObserverForm | None, Verdict]:
+    section = output_section(seen.view)
+    if conditions is not None:
+        chain = search_chain(section, conditions.fields, section.y[0], claim)
+    else:
+        chain = search_blocks(section, seen, claim)
+    if chain.coordinates is None:
+        return None, chain.verdict
+    form = assemble(section, chain)
+    if form is None:
+        return None, Verdict.undecided(claim, tried="the inverse of the Jacobian of the coordinates found")
+    return (None if form.verdict.fails else form), form.verdict
 
 
 def _in_old_coordinates(system: System, straight: StraightenedPlant, search: ObserverFormSearch) -> ObserverFormSearch:

@@ -5,9 +5,9 @@ With ỹ the starting field is τ/s(y), s = ψ'. Writing out the brackets of its
 
     n even:  [τ, ad_f^{n−1} τ] = 2 (s'/s) τ,    n odd:  [ad_f τ, ad_f^{n−1} τ] = n (s'/s) ad_f τ + (…) τ,
 
-so φ = s'/s is read off with the covectors L_f^{n−1} dh or L_f^{n−2} dh and must be a function of y alone. ψ is unique up
-to a scale and a constant, so failure of the form for this ψ refutes every ψ. For n = 2, 3: Keller, Int. J. Control 46
-(1987); the general theory: Krener and Respondek, SIAM J. Contr. Opt. 23 (1985).
+so φ = s'/s is read off with the covectors L_f^{n−1} dh or L_f^{n−2} dh and must be a function of y alone. ψ is unique
+up to a scale and a constant, so failure of the form for this ψ refutes every ψ. Sources: for n = 2, 3 Keller, Int. J.
+Control 46 (1987); the general theory in Krener and Respondek, SIAM J. Contr. Opt. 23 (1985).
 """
 
 from __future__ import annotations
@@ -84,8 +84,11 @@ def output_transformation(system: System) -> OutputTransformation:
     conditions = plain.conditions
     if conditions is None:
         return _none(system, Verdict.undecided(claim, tried="output transformations of a single output only"))
-    if not conditions.observability.observable.holds or conditions.starting_field is None:
+    hopeless = conditions.commuting.evidence.get("any_psi", False)
+    if not conditions.observability.observable.holds or conditions.starting_field is None or hopeless:
         why = plain.verdict
+        if why.fails and why.evidence.get("any_psi") is False:
+            why = Verdict.undecided(why.claim, tried="the starting field is too large to write down")
         return _none(system, Verdict(claim=claim, status=why.status, evidence=why.evidence))
     found = attempt(_SECONDS, "output transformation", _search, conditions, claim)
     return found.value or _none(system, Verdict.undecided(claim, tried=found.reason))
