@@ -5,21 +5,31 @@ from ulna.campaign.crew import Cluster, Crew, Local
 from ulna.campaign.distributions import Choice, Distribution, FromScipy, LogUniform, Normal, Uniform, distribution
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.experiment import Experiment
+from ulna.campaign.fan import Fan, fan
+from ulna.campaign.fraction import Fraction, clopper_pearson, settled_fraction, wilson
 from ulna.campaign.grid import Grid, grid
 from ulna.campaign.measures import Column, Measures
 from ulna.campaign.plan import Plan
+from ulna.campaign.quantiles import quantiles
+from ulna.campaign.replay import Replay, replay
 from ulna.campaign.result import CampaignResult, open_campaign
 from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
+from ulna.campaign.sensitivity import Sensitivity, sensitivity
+from ulna.campaign.settled_map import SettledMap, settled_map
+from ulna.campaign.worst import Case, worst_cases
 
 __all__ = [
     "CampaignError",
     "CampaignResult",
+    "Case",
     "Choice",
     "Cluster",
     "Column",
     "Crew",
     "Distribution",
     "Experiment",
+    "Fan",
+    "Fraction",
     "FromScipy",
     "Grid",
     "LatinHypercube",
@@ -30,11 +40,23 @@ __all__ = [
     "Plan",
     "Progress",
     "Random",
+    "Replay",
     "Saltelli",
+    "Sensitivity",
+    "SettledMap",
     "Sobol",
     "Uniform",
     "campaign",
+    "clopper_pearson",
     "distribution",
+    "fan",
     "grid",
     "open_campaign",
+    "quantiles",
+    "replay",
+    "sensitivity",
+    "settled_fraction",
+    "settled_map",
+    "wilson",
+    "worst_cases",
 ]

@@ -1,0 +1,45 @@
+"""Quantiles of the figures of a campaign."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ulna.campaign.errors import CampaignError
+from ulna.campaign.result import CampaignResult
+
+LEVELS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
+
+
+def quantiles(result: CampaignResult, figures: Sequence[str] = (), *, levels: Sequence[float] = LEVELS) -> Any:
+    """An `xarray.Dataset` of each figure over `level`: the least value that a part `level` of the runs does not exceed.
+
+    Values are those of runs, never between two, so that "settled never" (infinity) can be a quantile. NaN is left
+    out: a figure that does not apply, or of a run that blew up. `counted` in the attributes says how many were left.
+
+    Args:
+        result: of the campaign.
+        figures: names of columns; all figures where left out.
+        levels: between 0 and 1.
+
+    Raises:
+        CampaignError: an unknown figure, a level outside [0, 1].
+    """
+    import xarray as xr
+
+    if not all(0 <= level <= 1 for level in levels):
+        raise CampaignError(f"quantiles(levels={tuple(levels)})", "levels lie between 0 and 1.")
+    known = {column.name: column for column in result.columns}
+    wanted = figures or [c.name for c in result.columns if not c.varied and not c.whole]
+    variables = {}
+    for name in wanted:
+        values = result[name].astype(float)
+        values = values[~np.isnan(values)]
+        found = np.full(len(levels), np.nan)
+        if len(values):
+            found = np.quantile(values, levels, method="inverted_cdf")
+        attributes = {"units": known[name].unit, "long_name": known[name].text, "counted": len(values)}
+        variables[name] = ("level", found, attributes)
+    return xr.Dataset(variables, coords={"level": list(levels)})
