@@ -2,8 +2,8 @@
 
 With μ = dL_f^n h (τ) the brackets begin with [τ, ad_f τ] = ±(L_τ μ) τ, so for n ≥ 3 the form, under any output
 transformation, needs L_τ μ = 0; and without one a_n' = μ must be a function of y, L_v μ = 0 for all v in ker dh. Since
-Q τ = e_n, the slope of μ along v needs only numbers: L_v μ = (∂_v r) τ − r Q⁻¹ (∂_v Q) τ with r = dL_f^n h. They come from jets
-(`symbolic.jet`, `symbolic.second_slopes`) in ball arithmetic: milliseconds, and a no is certain.
+Q τ = e_n, the slope of μ along v needs only numbers: L_v μ = (∂_v r) τ − r Q⁻¹ (∂_v Q) τ with r = dL_f^n h. They
+come from jets (`symbolic.jet`, `symbolic.second_slopes`) in ball arithmetic: milliseconds, and a no is certain.
 """
 
 from __future__ import annotations
