@@ -19,7 +19,7 @@ from sympy import (
 )
 
 from ulna.base import UlnaError
-from ulna.geometry.integrate_form import integrate, parallel
+from ulna.geometry.integrate_form import exact_potential, integrate, parallel
 from ulna.geometry.lie import iterated_brackets
 from ulna.geometry.oneform import OneForm, differential, one_form, scaled
 from ulna.symbolic.elimination import null_space
@@ -95,6 +95,15 @@ def test_the_result_is_real_where_the_arguments_of_logarithms_are_negative() -> 
     assert found.value is not None
     value = found.value.subs({x1: Rational(-5, 4), x2: Rational(3, 4)})
     assert value.is_real
+
+
+def test_an_exact_potential_has_the_form_itself_as_its_differential() -> None:
+    form = differential(sin(x1 + x2 * x3) + exp(x3), X[:3])
+    found = exact_potential(form, near={x1: 0, x2: 1, x3: 0})
+    assert found.verdict.holds
+    assert found.value is not None
+    assert is_zero(found.value - sin(x1 + x2 * x3) - exp(x3) + 1).holds
+    assert exact_potential(scaled(x1, form)).verdict.fails
 
 
 def test_a_form_that_violates_frobenius_is_refused_with_a_point() -> None:

@@ -15,7 +15,7 @@ import sympy as sp
 from ulna.base import Verdict, all_of
 from ulna.geometry.accessibility import Accessibility, accessibility, bracket_name
 from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
-from ulna.geometry.integrate_form import integrate
+from ulna.geometry.integrate_form import exact_potential
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.oneform import one_form
 from ulna.symbolic.linear import inverse
@@ -126,10 +126,10 @@ def _coordinates(found: Accessibility) -> tuple[sp.Expr, ...] | None:
         return None
     functions: list[sp.Expr] = []
     for i in range(len(x)):
-        potential = integrate(one_form(rows[i, :], x), near=found.point)
-        if potential.value is None or potential.factor is None or potential.factor.free_symbols & set(x):
+        potential = exact_potential(one_form(rows[i, :], x), near=found.point)
+        if potential.value is None:
             return None
-        functions.append(tidy(potential.value / potential.factor, seconds=0.3))
+        functions.append(tidy(potential.value, seconds=0.3))
     return tuple(functions)
 
 

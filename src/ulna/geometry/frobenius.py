@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, islice
+from itertools import chain, combinations, islice
 
 import numpy as np
-from sympy import Expr, ImmutableDenseMatrix, Integer, Matrix, Symbol, exp
+from sympy import Add, Expr, ImmutableDenseMatrix, Integer, Matrix, Symbol, exp
 from sympy.matrices import MatrixBase
 
 from ulna.base import Verdict, all_of
@@ -53,7 +53,11 @@ class FirstIntegrals:
 
 
 def first_integrals(
-    span: Distribution, *, near: Mapping[Symbol, Scalar] | None = None, seconds: float = 8.0
+    span: Distribution,
+    hints: Sequence[Expr] = (),
+    *,
+    near: Mapping[Symbol, Scalar] | None = None,
+    seconds: float = 8.0,
 ) -> FirstIntegrals:
     """Independent functions whose common level sets are the leaves of the distribution.
 
@@ -62,37 +66,51 @@ def first_integrals(
 
     Args:
         span: spanning fields over n coordinates.
+        hints: expressions whose factors may occur in integrating factors.
         near: the point around which the functions must be real; the origin if left out.
         seconds: s, for everything together.
     """
     basis = generic_basis(span)
     wanted = len(span.coordinates) - len(basis.fields)
-    involution = involutive(basis)
-    if involution.fails:
-        claim = f"the distribution has {wanted} independent first integrals"
-        verdict = Verdict.refuted(claim, **{**involution.evidence, "because": involution.claim})
-        return FirstIntegrals(distribution=span, functions=None, found=(), verdict=verdict)
     point = {x: Integer(0) for x in span.coordinates} | {x: expression(value) for x, value in (near or {}).items()}
     found: list[Expr] = []
-    search = _Search(fields=basis.fields, coordinates=span.coordinates, point=point)
+    search = _Search(fields=basis.fields, coordinates=span.coordinates, point=point, hints=tuple(hints))
     reason = "every method came to its end"
     try:
         with time_budget(seconds):
-            for candidate in search.candidates(wanted):
-                value = _accepted(candidate, found, basis, point)
-                if value is not None:
-                    found.append(value)
-                if len(found) == wanted:
-                    break
+            _collect(search.cheap_candidates(), found, wanted, basis, point)
+            if len(found) < wanted:
+                involution = involutive(basis)
+                if involution.fails:
+                    return _refused(span, wanted, involution)
+                _collect(search.candidates(wanted), found, wanted, basis, point)
     except BudgetExceeded:
         reason = f"out of time after {seconds:g} s"
+    functions = tuple(found)
     if len(found) == wanted:
-        return FirstIntegrals(
-            distribution=span, functions=tuple(found), found=tuple(found), verdict=verified(found, basis)
-        )
-    claim = f"{wanted} independent first integrals are known"
-    verdict = Verdict.undecided(claim, found=tuple(found), reason=reason)
-    return FirstIntegrals(distribution=span, functions=None, found=tuple(found), verdict=verdict)
+        return FirstIntegrals(distribution=span, functions=functions, found=functions, verdict=verified(found, basis))
+    verdict = Verdict.undecided(f"{wanted} independent first integrals are known", found=functions, reason=reason)
+    return FirstIntegrals(distribution=span, functions=None, found=functions, verdict=verdict)
+
+
+def _collect(
+    candidates: Iterable[Expr], found: list[Expr], wanted: int, basis: Distribution, point: Mapping[Symbol, Expr]
+) -> None:
+    """Accepted candidates appended to `found` until there are enough."""
+    if len(found) == wanted:
+        return
+    for candidate in candidates:
+        value = _accepted(candidate, found, basis, point)
+        if value is not None:
+            found.append(value)
+        if len(found) == wanted:
+            return
+
+
+def _refused(span: Distribution, wanted: int, involution: Verdict) -> FirstIntegrals:
+    claim = f"the distribution has {wanted} independent first integrals"
+    verdict = Verdict.refuted(claim, **{**involution.evidence, "because": involution.claim})
+    return FirstIntegrals(distribution=span, functions=None, found=(), verdict=verdict)
 
 
 def verified(functions: Sequence[Expr], span: Distribution) -> Verdict:
@@ -111,12 +129,17 @@ def _accepted(candidate: Expr, found: Sequence[Expr], basis: Distribution, point
     """The candidate in its simplest form if it is constant along the fields and independent of what was found."""
     if not _independent([*found, candidate], basis.coordinates):
         return None
-    if not all(vanishes(lie_derivative(candidate, f, basis.coordinates)) for f in basis.fields):
+    if not all(vanishes(_along(candidate, f, basis.coordinates)) for f in basis.fields):
         return None
     value = simplest_function_of(without_arcsines(candidate), basis.coordinates, near=point)
     if value is None or verified([value], basis).fails:
         return None
     return value
+
+
+def _along(function: Expr, field: MatrixBase, coordinates: Sequence[Symbol]) -> Expr:
+    """The Lie derivative as it comes, to be evaluated only."""
+    return Add(*(function.diff(x) * rate for x, rate in zip(coordinates, field, strict=True)))
 
 
 def _independent(functions: Sequence[Expr], coordinates: Sequence[Symbol]) -> bool:
@@ -138,6 +161,14 @@ class _Search:
     coordinates: tuple[Symbol, ...]
     point: Mapping[Symbol, Expr]
     spectators: tuple[Symbol, ...] = ()
+    hints: tuple[Expr, ...] = ()
+
+    def cheap_candidates(self) -> Iterator[Expr]:
+        """Coordinates and polynomials of low degree: milliseconds, and the fields are only evaluated."""
+        for i, x in enumerate(self.coordinates):
+            if all(vanishes(f[i]) for f in self.fields):
+                yield x
+        yield from self._in_span(range(1, 3), 200)
 
     def candidates(self, wanted: int) -> Iterator[Expr]:
         """First integrals, simple ones first, each independent of those before."""
@@ -154,12 +185,9 @@ class _Search:
         yield from self._restricted(known, wanted)
 
     def _direct(self, wanted: int) -> Iterator[Expr]:
-        for i, x in enumerate(self.coordinates):
-            if all(vanishes(f[i]) for f in self.fields):
-                yield x
-        yield from self._in_span(range(1, 3), 200)
+        yield from self.cheap_candidates()
         yield from self._single_forms(wanted)
-        for x in self.coordinates:
+        for x in self.coordinates if wanted > 1 else ():
             for exponent in (x, -x):
                 yield from self._in_span(range(1, 4), 120, exponent)
         yield from self._in_span(range(1, 3), _LARGEST_SPAN, wide=True)
@@ -173,7 +201,7 @@ class _Search:
         zeros = [Integer(0)] * len(self.spectators)
         alphabet = (wide_letters if wide else letters)([e for f in self.fields for e in f], x)
         rows = tuple((*f, *zeros) for f in self.fields)
-        zeroth = () if exponent is None else tuple(self._along(exponent, f) for f in self.fields)
+        zeroth = () if exponent is None else tuple(_along(exponent, f, self.coordinates) for f in self.fields)
         equations = LinearEquations(coordinates=x, fields=rows, zeroth=zeroth)
         for degree in degrees:
             monomials = tuple(words(alphabet, degree, limit + 1))
@@ -192,10 +220,14 @@ class _Search:
             if wanted > 1 and not _integrable(form, self.coordinates):
                 continue
             search = FormSearch(
-                components=form, coordinates=self.coordinates, point=self.point, spectators=self.spectators
+                components=form,
+                coordinates=self.coordinates,
+                point=self.point,
+                hints=self.hints,
+                spectators=self.spectators,
             )
-            for _, candidate in search.candidates([]):
-                if all(vanishes(self._along(candidate, f)) for f in self.fields):
+            for _, candidate in chain(search.cheap_candidates([]), search.candidates([])):
+                if all(vanishes(_along(candidate, f, self.coordinates)) for f in self.fields):
                     yield candidate
                     break
 
@@ -203,12 +235,12 @@ class _Search:
         """Reduced bases of the annihilator for the choices of dependent coordinates."""
         n, d = len(self.coordinates), len(self.fields)
         matrix = Matrix.hstack(*(f.as_mutable() for f in self.fields)).T
+        if d == n - 1:
+            yield from (tuple(column) for column in null_space(matrix))
+            return
         for chosen in islice(combinations(range(n), d), _CHOICES):
             for column in null_space(matrix, pivots=chosen):
                 yield tuple(column)
-
-    def _along(self, function: Expr, field: MatrixBase) -> Expr:
-        return lie_derivative(function, field, self.coordinates)
 
     def _restricted(self, known: Sequence[Expr], wanted: int) -> Iterator[Expr]:
         """The search on the level sets of what is known, each known function solved for one coordinate."""

@@ -13,13 +13,21 @@ from sympy import Expr, Integer, Pow, Symbol, expand_power_exp
 
 from ulna.base import UlnaError, Verdict, all_of
 from ulna.geometry.lie import Scalar, expression
-from ulna.geometry.oneform import OneForm, frobenius
-from ulna.geometry.representative import simplest_function_of, without_arcsines
+from ulna.geometry.oneform import OneForm, closed, frobenius
+from ulna.geometry.representative import (
+    real_logarithms,
+    simplest_function_of,
+    without_arcsines,
+    without_offset,
+)
 from ulna.symbolic import integrating_factor as factors
 from ulna.symbolic.budget import BudgetExceeded, time_budget
 from ulna.symbolic.elimination import normal, vanishes
 from ulna.symbolic.form_search import FormSearch
+from ulna.symbolic.potential import potentials
 from ulna.symbolic.zero import is_zero
+
+_CLAIM = "the one-form has an integrating factor"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,23 +78,58 @@ def integrate(
     components = tuple(Integer(0) if vanishes(w) else w for w in written)
     if all(w == 0 for w in components):
         raise UlnaError("a function with the differential μ ω", "the one-form is identically zero.")
-    integrable = frobenius(form)
-    if integrable.fails:
-        claim = "the one-form has an integrating factor"
-        verdict = Verdict.refuted(claim, **{**integrable.evidence, "because": integrable.claim})
-        return Potential(form=form, value=None, factor=None, method="", verdict=verdict)
     point = {x: Integer(0) for x in coordinates} | {x: expression(value) for x, value in (near or {}).items()}
     search = FormSearch(components=components, coordinates=coordinates, hints=tuple(hints), point=point)
     tried: list[str] = []
+    integrable: Verdict | None = None
     try:
         with time_budget(seconds):
+            for method, candidate in search.cheap_candidates(tried):
+                found = _accepted(form, candidate, method, point)
+                if found is not None:
+                    return found
+            integrable = frobenius(form)
+            if integrable.fails:
+                return _none(form, Verdict.refuted(_CLAIM, **{**integrable.evidence, "because": integrable.claim}))
             for method, candidate in search.candidates(tried):
                 found = _accepted(form, candidate, method, point)
                 if found is not None:
                     return found
     except BudgetExceeded:
         tried.append(f"out of time after {seconds:g} s")
-    verdict = Verdict.undecided("the one-form has an integrating factor", tried=tuple(tried))
+    return _none(form, Verdict.undecided(_CLAIM, tried=tuple(tried), frobenius=integrable))
+
+
+def exact_potential(form: OneForm, *, near: Mapping[Symbol, Scalar] | None = None, seconds: float = 6.0) -> Potential:
+    """T with dT = ω, with T = 0 at the point where it is finite there; refuted if ω is not closed.
+
+    Args:
+        form: ω over n coordinates.
+        near: the point around which T must be real, and where it is set to 0; the origin if left out.
+        seconds: s, for everything together.
+    """
+    claim = "the one-form is the differential of a function"
+    point = {x: Integer(0) for x in form.coordinates} | {x: expression(v) for x, v in (near or {}).items()}
+    exact = closed(form)
+    if exact.fails:
+        return _none(form, Verdict.refuted(claim, **{**exact.evidence, "because": exact.claim}))
+    tried = ("potential in a space of functions", "quadrature")
+    try:
+        with time_budget(seconds):
+            for method, candidate in zip(tried, potentials(form.components, form.coordinates, point), strict=False):
+                if candidate is None:
+                    continue
+                value = without_offset(real_logarithms(candidate, point), point)
+                slopes = zip(form.coordinates, form.components, strict=True)
+                verdict = all_of(claim, [is_zero(value.diff(x) - w) for x, w in slopes])
+                if verdict.holds:
+                    return Potential(form=form, value=value, factor=Integer(1), method=method, verdict=verdict)
+    except BudgetExceeded:
+        tried = (*tried, f"out of time after {seconds:g} s")
+    return _none(form, Verdict.undecided(claim, tried=tried))
+
+
+def _none(form: OneForm, verdict: Verdict) -> Potential:
     return Potential(form=form, value=None, factor=None, method="", verdict=verdict)
 
 

@@ -1,8 +1,8 @@
 """Lie derivatives of functions, vector fields and covector fields.
 
 Vector fields are columns (n, 1), covector fields (one-forms) rows (1, n), functions scalars, all over one tuple of
-coordinates; every other symbol is a parameter. Nothing here simplifies: along a Lie chain simplification costs
-more than it saves, and zeros are tested numerically first (`ulna.symbolic.zero`).
+coordinates; every other symbol is a parameter. Nothing here is simplified for reading; longer results are brought to
+lowest terms by exact algebra where that is quick (`ulna.symbolic.compact`), which keeps chains of brackets short.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from sympy import Expr, Float, ImmutableDenseMatrix, Integer, Rational, Symbol
 from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError
+from ulna.symbolic.compact import compact
 
 Scalar: TypeAlias = Expr | int
 """A function, or a whole number as users write it."""
@@ -39,7 +40,7 @@ def lie_derivative(function: Scalar, field: MatrixBase, coordinates: Sequence[Sy
     """
     _check(field, (len(coordinates), 1), "vector field")
     scalar = expression(function)
-    return _contract([scalar.diff(x) for x in coordinates], list(field))
+    return compact([_contract([scalar.diff(x) for x in coordinates], list(field))])[0]
 
 
 def lie_bracket(first: MatrixBase, second: MatrixBase, coordinates: Sequence[Symbol]) -> ImmutableDenseMatrix:
@@ -58,7 +59,7 @@ def lie_bracket(first: MatrixBase, second: MatrixBase, coordinates: Sequence[Sym
         _contract([f[i].diff(x) for x in coordinates], g) - _contract([g[i].diff(x) for x in coordinates], f)
         for i in range(len(f))
     ]
-    return ImmutableDenseMatrix(len(f), 1, entries)
+    return ImmutableDenseMatrix(len(f), 1, compact(entries))
 
 
 def lie_derivative_of_covector(
@@ -79,7 +80,7 @@ def lie_derivative_of_covector(
         _contract([w[j].diff(x) for x in coordinates], f) + _contract([f[i].diff(coordinates[j]) for i in range(n)], w)
         for j in range(n)
     ]
-    return ImmutableDenseMatrix(1, n, entries)
+    return ImmutableDenseMatrix(1, n, compact(entries))
 
 
 def iterated_brackets(

@@ -56,6 +56,8 @@ def simplest_function_of(value: Expr, coordinates: Sequence[Symbol], *, near: Ma
     best: tuple[tuple[bool, int, int], Expr] | None = None
     for candidate in _distinct(_candidates(value, coordinates)):
         repaired = real_logarithms(candidate, near)
+        if any(not p.exp.is_number for p in repaired.atoms(Pow)):
+            repaired = _merged_powers(repaired)
         quality = _quality(repaired, coordinates, near)
         if quality is None:
             continue
@@ -64,9 +66,13 @@ def simplest_function_of(value: Expr, coordinates: Sequence[Symbol], *, near: Ma
             best = key, repaired
     if best is None:
         return None
-    offset = attempt(_SECONDS, "value at the point", best[1].subs, list(near.items())).value
-    shift = offset is not None and offset.is_finite and not best[0][0] and not offset.is_zero
-    return best[1] - offset if shift else best[1]
+    return best[1] if best[0][0] else without_offset(best[1], near)
+
+
+def without_offset(value: Expr, near: Mapping[Symbol, Expr]) -> Expr:
+    """T − T(point) where T is finite at the point."""
+    offset = attempt(_SECONDS, "value at the point", value.subs, list(near.items())).value
+    return value - offset if offset is not None and offset.is_finite else value
 
 
 def without_arcsines(value: Expr) -> Expr:

@@ -122,7 +122,8 @@ def null_space(matrix: MatrixBase, *, pivots: Sequence[int] = ()) -> tuple[Immut
         found = attempt_exactly(_SECONDS, "minors", _null_space_by_minors, chosen, frozenset(pivots))
         if found.value is not None and not any(v.has(sign, Abs) for v in found.value):
             return found.value
-    return _null_space_by_elimination(chosen)
+    reduced = attempt(_SECONDS, "elimination", _null_space_by_elimination, chosen)
+    return reduced.value if reduced.value is not None else _null_space_as_written(chosen)
 
 
 def _null_space_by_minors(matrix: MatrixBase, wanted: frozenset[int]) -> tuple[ImmutableDenseMatrix, ...]:
@@ -164,6 +165,21 @@ def _null_space_by_elimination(matrix: MatrixBase) -> tuple[ImmutableDenseMatrix
         entries[free] = Integer(1)
         for i, pivot in enumerate(reduction.pivots):
             entries[pivot] = -reduction.rows[i, free]
+        columns.append(ImmutableDenseMatrix(n, 1, entries))
+    return tuple(columns)
+
+
+def _null_space_as_written(matrix: MatrixBase) -> tuple[ImmutableDenseMatrix, ...]:
+    """Cramer's rule on independent columns without any simplification: always quick, seldom short."""
+    n = matrix.cols
+    pivots = _independent_rows(matrix.T)
+    columns = []
+    for free in sorted(set(range(n)) - set(pivots)):
+        entries: list[Expr] = [Integer(0)] * n
+        shared = sorted({*pivots, free})
+        for position, column in enumerate(shared):
+            minor = matrix.extract(list(range(matrix.rows)), [c for c in shared if c != column]).det(method="laplace")
+            entries[column] = -minor if position % 2 else minor
         columns.append(ImmutableDenseMatrix(n, 1, entries))
     return tuple(columns)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from sympy import Expr, Symbol
 
@@ -12,6 +13,8 @@ from ulna.symbolic import pfaffian
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.elimination import normal, vanishes, without_common_factor
 from ulna.symbolic.potential import potential_by_quadrature, potential_in_span
+
+_Methods: TypeAlias = Iterator[tuple[str, Callable[[], Iterator[Expr]]]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,9 +37,16 @@ class FormSearch:
     spectators: tuple[Symbol, ...] = ()
     seconds: float = 3.0
 
+    def cheap_candidates(self, tried: list[str]) -> Iterator[tuple[str, Expr]]:
+        """(method, candidate) pairs from methods that take milliseconds and need no simplification."""
+        yield from self._tried(self._cheap_methods(), tried)
+
     def candidates(self, tried: list[str]) -> Iterator[tuple[str, Expr]]:
-        """(method, candidate) pairs; the names of the methods begun are appended to `tried`."""
-        for name, method in self._methods():
+        """(method, candidate) pairs from the other methods; `tried` gets the names of those begun."""
+        yield from self._tried(self._methods(), tried)
+
+    def _tried(self, methods: _Methods, tried: list[str]) -> Iterator[tuple[str, Expr]]:
+        for name, method in methods:
             tried.append(name)
             iterator = method()
             while True:
@@ -47,9 +57,11 @@ class FormSearch:
                     break
                 yield name, found.value
 
-    def _methods(self) -> Iterator[tuple[str, Callable[[], Iterator[Expr]]]]:
+    def _cheap_methods(self) -> _Methods:
         yield "a coordinate", self._coordinate
         yield "polynomial of low degree", lambda: self._constant(2, 150)
+
+    def _methods(self) -> _Methods:
         yield "closed", self._closed
         yield "common factor and division by a component", self._divided
         yield "integrating factor from the factors of the form", self._products

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from sympy import (
     Dummy,
@@ -56,6 +56,14 @@ def potential_in_span(
         if found:
             return found[0]
     return None
+
+
+def potentials(
+    components: Sequence[Expr], coordinates: Sequence[Symbol], near: Mapping[Symbol, Expr]
+) -> Iterator[Expr | None]:
+    """Candidates for the potential: in a space of functions, then by quadrature."""
+    yield potential_in_span(components, coordinates)
+    yield potential_by_quadrature(components, coordinates, near=near)
 
 
 def gradient_equations(
