@@ -87,6 +87,7 @@ def test_a_parameter_keeps_its_unit_and_has_an_si_value():
         ({"states": {}}, PlantError, "no states"),
         ({"formt": 1}, PlantError, "unknown key 'formt'"),
         ({"format": 2}, PlantError, "format 2"),
+        ({"dimensions": "maybe"}, PlantError, "dimensions = 'maybe'"),
         ({"inputs": {"u": {"units": "V"}}}, PlantError, "unknown key 'units'"),
     ],
 )

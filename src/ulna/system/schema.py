@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.base.errors import PlantError
+from ulna.base.errors import PlantError, UnitError
 from ulna.base.units import unit
 from ulna.symbolic.parse import parse_formula
 from ulna.symbolic.text import exact, formula
@@ -19,7 +19,7 @@ from ulna.system.signal import Definition, Parameter, Signal
 from ulna.system.system import System
 
 _SECTIONS = ("parameters", "definitions", "states", "inputs", "outputs", "operating_point")
-_TOP = ("format", "name", "text", "source", "catalogue")  # the last is read by the catalogue alone
+_TOP = ("format", "name", "text", "source", "dimensions", "catalogue")  # the last is read by the catalogue alone
 _SIGNAL_KEYS = {"unit", "text", "range"}
 _KEYS: Mapping[str, set[str]] = {
     "parameters": _SIGNAL_KEYS | {"value", "source"},
@@ -58,7 +58,8 @@ def system_from_mapping(data: Mapping[str, Any], *, where: str = "plant") -> Sys
             for name, value in data.get("operating_point", {}).items()
         ),
     )
-    check_dimensions(system)
+    if data.get("dimensions", "checked") != "unchecked":
+        check_dimensions(system)
     system.with_values()  # a parameter value that breaks the plant is told now, not in the middle of a design
     return system
 
@@ -67,6 +68,7 @@ def system_to_mapping(system: System) -> dict[str, Any]:
     """The mapping that `system_from_mapping` reads back to the same system."""
     data: dict[str, Any] = {"format": 1, "name": system.name}
     data |= {key: value for key in ("text", "source") if (value := getattr(system, key))}
+    data |= {} if _dimensions_fit(system) else {"dimensions": "unchecked"}
     sections: dict[str, dict[str, Any]] = {
         "parameters": {
             p.name: _entry(p) | ({"value": _text(p.value)} if p.value is not None else {}) | _some(source=p.source)
@@ -85,9 +87,20 @@ def system_to_mapping(system: System) -> dict[str, Any]:
     return data | {key: rows for key, rows in sections.items() if rows}
 
 
+def _dimensions_fit(system: System) -> bool:
+    """Whether its formulas still have dimensions: numbers put in for parameters have taken theirs along."""
+    try:
+        check_dimensions(system)
+    except UnitError:
+        return False
+    return True
+
+
 def _check_shape(data: Mapping[str, Any], where: str) -> None:
     if data.get("format", 1) != 1:
         raise PlantError(where, f"format {data['format']} is unknown.", "This version reads format = 1.")
+    if data.get("dimensions", "checked") not in ("checked", "unchecked"):
+        raise PlantError(where, f"dimensions = {data['dimensions']!r}.", 'Write "checked" or "unchecked".')
     for key in data:
         if key not in _SECTIONS and key not in _TOP:
             raise PlantError(where, f"unknown key '{key}'.", f"Known: {', '.join((*_TOP, *_SECTIONS))}.")
