@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from sympy import Add, Expr, Integer, Symbol, log
 
-from ulna.symbolic.finite_field import PRIME, FieldSample, Residues
+from ulna.symbolic.finite_field import FieldSample, Residues
 from ulna.symbolic.letters import word
 from ulna.symbolic.relations import constant_relations
 
@@ -98,12 +98,12 @@ class _Gradients:
         letters = sample.table(self._span.alphabet)
         along = _along(fields, sample, self._letters)
         inverse = np.array([sample.inverse(v) for v in letters]).reshape(letters.shape)
-        relative = along * inverse[:, None, :] % PRIME  # X_j(letter) / letter
+        relative = along * inverse[:, None, :] % sample.prime  # X_j(letter) / letter
         blocks = []
         if self._span.logarithms:
             values = sample.table(self._span.logarithms)
             inverse = np.array([sample.inverse(v) for v in values])
-            blocks.append(_along(fields, sample, self._factors) * inverse[:, None, :] % PRIME)
+            blocks.append(_along(fields, sample, self._factors) * inverse[:, None, :] % sample.prime)
         if self._span.monomials:
             blocks.append(self._monomials(sample, letters, relative))
         if self._equations.right:
@@ -121,9 +121,9 @@ class _Gradients:
                 if e:
                     if (i, e) not in powers:
                         powers[i, e] = sample.signed_power(letters[i], e)
-                    value = value * powers[i, e] % PRIME
-                    slope = (slope + e % PRIME * relative[i]) % PRIME
-            block.append(value[None, :] * ((slope + zeroth) % PRIME) % PRIME)
+                    value = value * powers[i, e] % sample.prime
+                    slope = (slope + e % sample.prime * relative[i]) % sample.prime
+            block.append(value[None, :] * ((slope + zeroth) % sample.prime) % sample.prime)
         return np.array(block)
 
 
@@ -133,5 +133,5 @@ def _along(fields: Residues, sample: FieldSample, gradients: Sequence[Sequence[E
     for i, gradient in enumerate(gradients):
         for k, slope in enumerate(gradient):
             if slope != 0:
-                result[i] = (result[i] + sample(slope)[None, :] * fields[:, k, :]) % PRIME
+                result[i] = (result[i] + sample(slope)[None, :] * fields[:, k, :]) % sample.prime
     return result

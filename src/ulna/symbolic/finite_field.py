@@ -11,6 +11,7 @@ what it finds is checked by `zero`, and what it fails to find may still exist.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from math import isqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,37 +43,39 @@ from sympy import (
     tanh,
 )
 
-PRIME = 2147482661
-"""A prime just below 2³¹, equal to 5 modulo 8 (square roots and i exist cheaply) and 2 modulo 3 (cube roots)."""
+PRIMES = (2147483549, 2147483477, 2147483237, 2147482661)
+"""Primes just below 2³¹, equal to 5 modulo 8 (square roots and i exist cheaply) and 2 modulo 3 (cube roots)."""
 
 _ROOTS = 12
-_SQRT_MINUS_ONE = pow(2, (PRIME - 1) // 4, PRIME)
 
 Residues = NDArray[np.int64]
 
 
-def power(base: Residues, exponent: int) -> Residues:
+def power(base: Residues, exponent: int, prime: int) -> Residues:
     """base**exponent modulo the prime, entry by entry, for exponent ≥ 0."""
     result = np.ones_like(base)
-    square = base % PRIME
+    square = base % prime
     while exponent:
         if exponent & 1:
-            result = result * square % PRIME
-        square = square * square % PRIME
+            result = result * square % prime
+        square = square * square % prime
         exponent >>= 1
     return result
 
 
 class FieldSample:
-    """Values of expressions at `points` random points of the field of `PRIME` elements.
+    """Values of expressions at `points` random points of the field of `prime` elements.
 
     Args:
         points: number of points drawn; those where some expression asked for is undefined drop out of `valid`.
         seed: the points are a function of the seed and of the order of the questions.
         constants: symbols that take one value at all points (parameters); the others vary from point to point.
+        prime: one of `self.primeS`.
     """
 
-    def __init__(self, points: int, *, seed: int = 1, constants: Iterable[Symbol] = ()) -> None:
+    def __init__(self, points: int, *, seed: int = 1, constants: Iterable[Symbol] = (), prime: int = PRIMES[0]) -> None:
+        self.prime = prime
+        self._i = pow(2, (prime - 1) // 4, prime)
         self._points = points
         self._random = np.random.default_rng(seed)
         self._constants = frozenset(constants)
@@ -95,48 +98,53 @@ class FieldSample:
         found = self._memory.get(("unit", key))
         if found is None:
             constant = self._constants.issuperset(symbols)
-            found = self._random.integers(2, PRIME - 1, 1 if constant else self._points, dtype=np.int64)
+            found = self._random.integers(2, self.prime - 1, 1 if constant else self._points, dtype=np.int64)
             found = np.broadcast_to(found, (self._points,)).copy()
             self._memory["unit", key] = found
         return found
 
     def _evaluate(self, e: Expr) -> Residues:
         if isinstance(e, Rational):
-            value = int(e.p) % PRIME * pow(int(e.q), -1, PRIME) % PRIME
+            if int(e.q) % self.prime == 0:
+                return self._undefined()
+            value = int(e.p) % self.prime * pow(int(e.q), -1, self.prime) % self.prime
             return np.full(self._points, value, dtype=np.int64)
         if isinstance(e, Symbol):
-            return power(self._unit(e, {e}), _ROOTS)
+            return power(self._unit(e, {e}), _ROOTS, self.prime)
         if isinstance(e, Add):
             total = np.zeros(self._points, dtype=np.int64)
             for term in e.args:
                 total = total + self(term)
-            return total % PRIME
+            return total % self.prime
         if isinstance(e, Mul):
             product = np.ones(self._points, dtype=np.int64)
             for factor in e.args:
-                product = product * self(factor) % PRIME
+                product = product * self(factor) % self.prime
             return product
         if isinstance(e, exp) or e is E:
             return self._exponential(e.args[0] if e.args else Rational(1), "exp")
         if isinstance(e, Float):
             return self._evaluate(Rational(e))
         if not e.is_commutative or e.has(*_UNDEFINED):
-            self.valid[:] = False
-            return np.zeros(self._points, dtype=np.int64)
+            return self._undefined()
         if e is I:
-            return np.full(self._points, _SQRT_MINUS_ONE, dtype=np.int64)
+            return np.full(self._points, self._i, dtype=np.int64)
         if isinstance(e, Pow):
             return self._pow(e.base, e.exp)
         return self._function(e)
 
+    def _undefined(self) -> Residues:
+        self.valid[:] = False
+        return np.zeros(self._points, dtype=np.int64)
+
     def inverse(self, values: Residues) -> Residues:
         """1/values; points where a value is 0 are no longer valid."""
         self.valid &= values != 0
-        return power(values, PRIME - 2)
+        return power(values, self.prime - 2, self.prime)
 
     def signed_power(self, base: Residues, exponent: int) -> Residues:
         """base**exponent for any integer exponent; points where 0 is inverted are no longer valid."""
-        return power(base, exponent) if exponent >= 0 else power(self.inverse(base), -exponent)
+        return power(base if exponent >= 0 else self.inverse(base), abs(exponent), self.prime)
 
     def _pow(self, base: Expr, exponent: Expr) -> Residues:
         if exponent.is_Integer:
@@ -145,7 +153,7 @@ class FieldSample:
             return self._root(base, exponent)
         constant, rest = exponent.as_coeff_Add()
         constant = Rational(constant) if isinstance(constant, Float) else constant
-        return self._pow(base, constant) * self._exponential(rest, ("pow", base)) % PRIME
+        return self._pow(base, constant) * self._exponential(rest, ("pow", base)) % self.prime
 
     def _root(self, base: Expr, exponent: Rational) -> Residues:
         p, q = int(exponent.p), int(exponent.q)
@@ -154,16 +162,19 @@ class FieldSample:
         if q == 2:
             return self.signed_power(self._square_root(self(base)), p)
         if q == 3:
-            return self.signed_power(power(self(base), (2 * PRIME - 1) // 3), p)
+            return self.signed_power(self._cube_root(self(base)), p)
         if q in (4, 6):
             half = self._square_root(self(base))
-            return self.signed_power(self._square_root(half) if q == 4 else power(half, (2 * PRIME - 1) // 3), p)
+            return self.signed_power(self._square_root(half) if q == 4 else self._cube_root(half), p)
         return self.signed_power(self._unit(("root", base, q), base.free_symbols), p)
 
+    def _cube_root(self, values: Residues) -> Residues:
+        return power(values, (2 * self.prime - 1) // 3, self.prime)
+
     def _square_root(self, values: Residues) -> Residues:
-        root = power(values, (PRIME + 3) // 8)
-        root = np.where(root * root % PRIME == values, root, root * _SQRT_MINUS_ONE % PRIME)
-        self.valid &= root * root % PRIME == values
+        root = power(values, (self.prime + 3) // 8, self.prime)
+        root = np.where(root * root % self.prime == values, root, root * self._i % self.prime)
+        self.valid &= root * root % self.prime == values
         return root
 
     def _exponential(self, argument: Expr, kind: object) -> Residues:
@@ -175,14 +186,14 @@ class FieldSample:
             if not scaled.is_Integer:
                 monomial, scaled = term, Rational(_ROOTS)
             unit = self._unit((kind, monomial), monomial.free_symbols)
-            product = product * self.signed_power(unit, int(scaled)) % PRIME
+            product = product * self.signed_power(unit, int(scaled)) % self.prime
         return product
 
     def _function(self, e: Expr) -> Residues:
         name, argument = e.func, e.args[0] if e.args else None
         if name in _CIRCULAR and argument is not None:
             unit = self._exponential(argument, "angle")
-            return self._circular(name, unit, _SQRT_MINUS_ONE)
+            return self._circular(name, unit, self._i)
         if name in _HYPERBOLIC and argument is not None:
             return self._circular(_HYPERBOLIC[name], self._exponential(argument, "exp"), 1)
         if name is log and argument is not None:
@@ -198,16 +209,16 @@ class FieldSample:
 
     def _circular(self, name: type, unit: Residues, i: int) -> Residues:
         back = self.inverse(unit)
-        half = (PRIME + 1) // 2
-        even = (unit + back) % PRIME * half % PRIME
-        odd = (unit - back) % PRIME * half % PRIME * pow(i, -1, PRIME) % PRIME
+        half = (self.prime + 1) // 2
+        even = (unit + back) % self.prime * half % self.prime
+        odd = (unit - back) % self.prime * half % self.prime * pow(i, -1, self.prime) % self.prime
         if name is sin:
             return odd
         if name is cos:
             return even
         if name in (tan, csc):
-            return (odd if name is tan else 1) * self.inverse(even if name is tan else odd) % PRIME
-        return (even if name is cot else 1) * self.inverse(odd if name is cot else even) % PRIME
+            return (odd if name is tan else 1) * self.inverse(even if name is tan else odd) % self.prime
+        return (even if name is cot else 1) * self.inverse(odd if name is cot else even) % self.prime
 
     def _logarithm(self, argument: Expr) -> Residues:
         """A homomorphism from products to sums."""
@@ -220,7 +231,7 @@ class FieldSample:
             for part in (content, primitive):
                 if part not in (1, -1):
                     total = total + self._unit(("log", part), part.free_symbols) * self(exponent)
-                    total = total % PRIME
+                    total = total % self.prime
         return total
 
 
@@ -229,7 +240,7 @@ _CIRCULAR = frozenset((sin, cos, tan, cot, sec, csc))
 _HYPERBOLIC = {sinh: sin, cosh: cos, tanh: tan, coth: cot}
 
 
-def null_space(matrix: Residues) -> list[dict[int, int]]:
+def null_space(matrix: Residues, prime: int = PRIMES[0]) -> list[dict[int, int]]:
     """A reduced basis of the null space modulo the prime.
 
     Args:
@@ -238,7 +249,7 @@ def null_space(matrix: Residues) -> list[dict[int, int]]:
     Returns:
         One sparse vector per free column, {column: residue}, with 1 at its free column (its greatest index).
     """
-    a = matrix.copy() % PRIME
+    a = matrix.copy() % prime
     rows, columns = a.shape
     pivots: list[int] = []
     row = 0
@@ -249,29 +260,41 @@ def null_space(matrix: Residues) -> list[dict[int, int]]:
         swap = row + int(nonzero[0])
         if swap != row:
             a[[row, swap]] = a[[swap, row]]
-        a[row] = a[row] * pow(int(a[row, column]), -1, PRIME) % PRIME
+        a[row] = a[row] * pow(int(a[row, column]), -1, prime) % prime
         others = np.nonzero(a[:, column])[0]
         others = others[others != row]
-        a[others] = (a[others] - a[others, column][:, None] * a[row][None, :]) % PRIME
+        a[others] = (a[others] - a[others, column][:, None] * a[row][None, :]) % prime
         pivots.append(column)
         row += 1
         if row == rows:
             break
     basis = []
     for free in sorted(set(range(columns)) - set(pivots)):
-        vector = {c: int(-a[r, free] % PRIME) for r, c in enumerate(pivots) if a[r, free]}
+        vector = {c: int(-a[r, free] % prime) for r, c in enumerate(pivots) if a[r, free]}
         vector[free] = 1
         basis.append(vector)
     return basis
 
 
-def rational_from_residue(residue: int) -> Rational | None:
-    """The fraction p/q with |p|, q below 2¹⁵ that has this residue, None if there is none (Wang 1981)."""
-    bound = 32767
-    r0, r1, t0, t1 = PRIME, residue % PRIME, 0, 1
+def combined_residue(residues: Sequence[int], primes: Sequence[int]) -> int:
+    """The residue modulo the product of the primes that has these residues (Chinese remainder theorem)."""
+    value, modulus = 0, 1
+    for residue, prime in zip(residues, primes, strict=True):
+        value += modulus * ((residue - value) * pow(modulus, -1, prime) % prime)
+        modulus *= prime
+    return value
+
+
+def rational_from_residue(residue: int, modulus: int) -> Rational | None:
+    """The fraction p/q with |p| q < modulus / 2⁹ that has this residue, None if there is none (Wang 1981).
+
+    A random residue has such a fraction with probability about 1/100 only, so that chance finds are rare.
+    """
+    bound = isqrt(modulus // 2)
+    r0, r1, t0, t1 = modulus, residue % modulus, 0, 1
     while r1 > bound:
         quotient = r0 // r1
         r0, r1, t0, t1 = r1, r0 - quotient * r1, t1, t0 - quotient * t1
-    if t1 == 0 or abs(t1) > bound:
+    if t1 == 0 or r1 * abs(t1) >= modulus >> 9:
         return None
     return Rational(r1, t1)

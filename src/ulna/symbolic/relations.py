@@ -6,13 +6,21 @@ depend on parameters: then they are sought as polynomials of low degree in these
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations_with_replacement
+from math import prod
 
 import numpy as np
-from sympy import Expr, Integer, Mul, Rational, Symbol
+from sympy import Expr, Integer, Mul, Symbol
 
-from ulna.symbolic.finite_field import PRIME, FieldSample, Residues, null_space, rational_from_residue
+from ulna.symbolic.finite_field import (
+    PRIMES,
+    FieldSample,
+    Residues,
+    combined_residue,
+    null_space,
+    rational_from_residue,
+)
 
 Rows = Callable[[FieldSample], Residues]
 """The values of the columns at the points of a sample, shape (columns, equations, points)."""
@@ -38,30 +46,53 @@ def constant_relations(
         seed: of the sample.
     """
     points = -(-(columns + _SPARE_EQUATIONS) // equations)
-    vectors = null_space(_matrix(rows, points, seed, parameters))
+    vectors = null_space(_matrix(rows, points, seed, parameters, PRIMES[0]), PRIMES[0])
     if not vectors:
         return []
-    other = null_space(_matrix(rows, points, seed + 1, parameters)) if parameters else vectors
+    other = null_space(_matrix(rows, points, seed + 1, parameters, PRIMES[0]), PRIMES[0]) if parameters else vectors
     by_column = {max(v): v for v in other}
-    found: list[dict[int, Expr]] = []
-    for vector in vectors:
-        twin = by_column.get(max(vector), {})
-        values = {k: rational_from_residue(r) for k, r in vector.items()}
-        if twin == vector and all(v is not None for v in values.values()):
-            found.append({k: v for k, v in values.items() if v is not None})
-        elif parameters:
-            relation = _with_parameters(rows, sorted(vector), equations, parameters, seed)
-            if relation:
-                found.append(relation)
-    return found
+    constant = [v for v in vectors if by_column.get(max(v)) == v]
+    values = _fractions(constant, lambda prime: null_space(_matrix(rows, points, seed, parameters, prime), prime))
+    found: dict[int, dict[int, Expr]] = {max(relation): relation for relation in values}
+    if parameters:
+        for vector in vectors:
+            if max(vector) not in found:
+                relation = _with_parameters(rows, sorted(vector), equations, parameters, seed)
+                if relation:
+                    found[max(vector)] = relation
+    return [found[column] for column in sorted(found)]
 
 
-def _matrix(rows: Rows, points: int, seed: int, constants: Sequence[Symbol]) -> Residues:
+def _fractions(
+    vectors: Sequence[Mapping[int, int]], modulo: Callable[[int], list[dict[int, int]]]
+) -> list[dict[int, Expr]]:
+    """The vectors with rational entries; those with large ones are computed modulo more primes."""
+    found: dict[int, dict[int, Expr]] = {}
+    images = [{max(v): v for v in vectors}]
+    for count in range(1, len(PRIMES) + 1):
+        primes = PRIMES[:count]
+        if count > 1:
+            images.append({max(v): v for v in modulo(primes[-1])})
+        for column, vector in images[0].items():
+            same = [image.get(column, {}) for image in images]
+            if column in found or any(v.keys() != vector.keys() for v in same):
+                continue
+            entries = {
+                k: rational_from_residue(combined_residue([v[k] for v in same], primes), prod(primes)) for k in vector
+            }
+            if all(value is not None for value in entries.values()):
+                found[column] = {k: value for k, value in entries.items() if value is not None}
+        if len(found) == len(vectors):
+            break
+    return list(found.values())
+
+
+def _matrix(rows: Rows, points: int, seed: int, constants: Sequence[Symbol], prime: int) -> Residues:
     """Shape (equations, columns). Draws more points until enough are valid (square roots halve their number)."""
     wanted = points
     columns = 0
     for _ in range(6):
-        sample = FieldSample(wanted, seed=seed, constants=constants)
+        sample = FieldSample(wanted, seed=seed, constants=constants, prime=prime)
         values = rows(sample)
         columns = values.shape[0]
         if int(sample.valid.sum()) >= points:
@@ -86,19 +117,20 @@ def _with_parameters(
         def extended(sample: FieldSample, monomials: list[tuple[Symbol, ...]] = monomials) -> Residues:
             values = rows(sample)[list(support)]
             factors = [sample(Mul(*chosen)) for chosen in monomials]
-            return np.concatenate([values * f[None, None, :] % PRIME for f in factors])
+            return np.concatenate([values * f[None, None, :] % sample.prime for f in factors])
 
-        points = -(-(size + _SPARE_EQUATIONS) // equations)
-        vectors = null_space(_matrix(extended, points, seed + 2, ()))
-        for vector in sorted(vectors, key=len):
-            values = {k: rational_from_residue(r) for k, r in vector.items()}
-            if all(v is not None for v in values.values()):
-                return _gather(values, monomials, support)
+        def modulo(prime: int, extended: Rows = extended, size: int = size) -> list[dict[int, int]]:
+            points = -(-(size + _SPARE_EQUATIONS) // equations)
+            return null_space(_matrix(extended, points, seed + 2, (), prime), prime)
+
+        relations = _fractions(modulo(PRIMES[0]), modulo)
+        if relations:
+            return _gather(min(relations, key=len), monomials, support)
     return None
 
 
 def _gather(
-    values: dict[int, Rational | None], monomials: Sequence[tuple[Symbol, ...]], support: Sequence[int]
+    values: Mapping[int, Expr], monomials: Sequence[tuple[Symbol, ...]], support: Sequence[int]
 ) -> dict[int, Expr]:
     relation: dict[int, Expr] = {}
     for index, value in values.items():
