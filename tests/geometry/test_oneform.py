@@ -40,27 +40,27 @@ def test_the_derivative_of_a_differential_vanishes(h: Expr) -> None:
 
 
 @settings(max_examples=10, deadline=None)
-@given(a=forms, b=forms)
-def test_wedge_is_antisymmetric(a: list, b: list) -> None:
-    a, b = one_form(a, X), one_form(b, X)
+@given(v=forms, w=forms)
+def test_wedge_is_antisymmetric(v: list[Expr], w: list[Expr]) -> None:
+    a, b = one_form(v, X), one_form(w, X)
     assert vanishes(wedge(a, b) + wedge(b, a))
     assert vanishes(wedge(a, a))
 
 
 @settings(max_examples=10, deadline=None)
-@given(a=forms, m=functions)
-def test_exterior_derivative_satisfies_leibniz(a: list, m: Expr) -> None:
-    a = one_form(a, X)
+@given(v=forms, m=functions)
+def test_exterior_derivative_satisfies_leibniz(v: list[Expr], m: Expr) -> None:
+    a = one_form(v, X)
     # d(m a) = dm ∧ a + m da
     right = wedge(differential(m, X), a) + m * exterior_derivative(a)
     assert vanishes(exterior_derivative(scaled(m, a)) - right)
 
 
 @settings(max_examples=10, deadline=None)
-@given(a=forms, f=forms)
-def test_lie_derivative_is_cartans_formula(a: list, f: list) -> None:
-    a, f = one_form(a, X), one_form(f, X)
-    field = f.row.T
+@given(v=forms, w=forms)
+def test_lie_derivative_is_cartans_formula(v: list[Expr], w: list[Expr]) -> None:
+    a = one_form(v, X)
+    field = Matrix(w)
     cartan = differential(contraction(a, field), X).row + (exterior_derivative(a).T * field).T
     assert vanishes(lie_derivative_of_form(a, field).row - cartan)
 

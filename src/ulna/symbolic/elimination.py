@@ -17,8 +17,8 @@ from ulna.symbolic.budget import attempt
 from ulna.symbolic.embed import attempt_exactly, embed
 from ulna.symbolic.field import Field, Polynomial
 from ulna.symbolic.finite_field import FieldSample
-from ulna.symbolic.finite_field import null_space as residue_null_space
 from ulna.symbolic.minors import maximal_minors, polynomial_rows
+from ulna.symbolic.residues import null_space as residue_null_space
 from ulna.symbolic.zero import SampledZero
 
 _SECONDS = 3.0

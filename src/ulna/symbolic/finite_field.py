@@ -11,7 +11,6 @@ what it finds is checked by `zero`, and what it fails to find may still exist.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import isqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,10 +104,7 @@ class FieldSample:
 
     def _evaluate(self, e: Expr) -> Residues:
         if isinstance(e, Rational):
-            if int(e.q) % self.prime == 0:
-                return self._undefined()
-            value = int(e.p) % self.prime * pow(int(e.q), -1, self.prime) % self.prime
-            return np.full(self._points, value, dtype=np.int64)
+            return self._rational(e)
         if isinstance(e, Symbol):
             return power(self._unit(e, {e}), _ROOTS, self.prime)
         if isinstance(e, Add):
@@ -132,6 +128,12 @@ class FieldSample:
         if isinstance(e, Pow):
             return self._pow(e.base, e.exp)
         return self._function(e)
+
+    def _rational(self, number: Rational) -> Residues:
+        if int(number.q) % self.prime == 0:
+            return self._undefined()
+        value = int(number.p) % self.prime * pow(int(number.q), -1, self.prime) % self.prime
+        return np.full(self._points, value, dtype=np.int64)
 
     def _undefined(self) -> Residues:
         self.valid[:] = False
@@ -238,63 +240,3 @@ class FieldSample:
 _UNDEFINED = (S.NaN, S.ComplexInfinity, S.Infinity, S.NegativeInfinity)
 _CIRCULAR = frozenset((sin, cos, tan, cot, sec, csc))
 _HYPERBOLIC = {sinh: sin, cosh: cos, tanh: tan, coth: cot}
-
-
-def null_space(matrix: Residues, prime: int = PRIMES[0]) -> list[dict[int, int]]:
-    """A reduced basis of the null space modulo the prime.
-
-    Args:
-        matrix: shape (equations, unknowns).
-
-    Returns:
-        One sparse vector per free column, {column: residue}, with 1 at its free column (its greatest index).
-    """
-    a = matrix.copy() % prime
-    rows, columns = a.shape
-    pivots: list[int] = []
-    row = 0
-    for column in range(columns):
-        nonzero = np.nonzero(a[row:, column])[0]
-        if nonzero.size == 0:
-            continue
-        swap = row + int(nonzero[0])
-        if swap != row:
-            a[[row, swap]] = a[[swap, row]]
-        a[row] = a[row] * pow(int(a[row, column]), -1, prime) % prime
-        others = np.nonzero(a[:, column])[0]
-        others = others[others != row]
-        a[others] = (a[others] - a[others, column][:, None] * a[row][None, :]) % prime
-        pivots.append(column)
-        row += 1
-        if row == rows:
-            break
-    basis = []
-    for free in sorted(set(range(columns)) - set(pivots)):
-        vector = {c: int(-a[r, free] % prime) for r, c in enumerate(pivots) if a[r, free]}
-        vector[free] = 1
-        basis.append(vector)
-    return basis
-
-
-def combined_residue(residues: Sequence[int], primes: Sequence[int]) -> int:
-    """The residue modulo the product of the primes that has these residues (Chinese remainder theorem)."""
-    value, modulus = 0, 1
-    for residue, prime in zip(residues, primes, strict=True):
-        value += modulus * ((residue - value) * pow(modulus, -1, prime) % prime)
-        modulus *= prime
-    return value
-
-
-def rational_from_residue(residue: int, modulus: int) -> Rational | None:
-    """The fraction p/q with |p| q < modulus / 2⁹ that has this residue, None if there is none (Wang 1981).
-
-    A random residue has such a fraction with probability about 1/100 only, so that chance finds are rare.
-    """
-    bound = isqrt(modulus // 2)
-    r0, r1, t0, t1 = modulus, residue % modulus, 0, 1
-    while r1 > bound:
-        quotient = r0 // r1
-        r0, r1, t0, t1 = r1, r0 - quotient * r1, t1, t0 - quotient * t1
-    if t1 == 0 or r1 * abs(t1) >= modulus >> 9:
-        return None
-    return Rational(r1, t1)

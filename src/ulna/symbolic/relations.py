@@ -13,14 +13,8 @@ from math import prod
 import numpy as np
 from sympy import Expr, Integer, Mul, Symbol
 
-from ulna.symbolic.finite_field import (
-    PRIMES,
-    FieldSample,
-    Residues,
-    combined_residue,
-    null_space,
-    rational_from_residue,
-)
+from ulna.symbolic.finite_field import PRIMES, FieldSample, Residues
+from ulna.symbolic.residues import combined_residue, null_space, rational_from_residue
 
 Rows = Callable[[FieldSample], Residues]
 """The values of the columns at the points of a sample, shape (columns, equations, points)."""
