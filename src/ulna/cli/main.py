@@ -10,9 +10,12 @@ from ulna import __version__
 from ulna.cli.analyse import analyse
 from ulna.cli.design import design
 from ulna.cli.list_models import list_models
+from ulna.cli.replay import replay
 from ulna.cli.reproduce import reproduce
 from ulna.cli.session import UlnaGroup
 from ulna.cli.simulate import simulate
+from ulna.cli.study import app as study
+from ulna.cli.sweep import sweep
 
 app = typer.Typer(
     name="ulna",
@@ -25,7 +28,10 @@ app.command("models")(list_models)
 app.command()(analyse)
 app.command()(design)
 app.command()(simulate)
+app.command()(sweep)
+app.command()(replay)
 app.command()(reproduce)
+app.add_typer(study, name="study")
 
 
 def _show_version(wanted: bool) -> None:

@@ -121,6 +121,25 @@ def intent(
     return Intent(position=position, selected=selected), replace(after, position=here)
 
 
+def followable(position: np.ndarray, start: float, rate: float, *, pole: float = 15.0) -> np.ndarray:
+    """(4, N) a reference and three derivatives that follow (N,) positions without overshoot: three lags, 1/pole s each.
+
+    Causal; within the range of the positions.
+    """
+    from scipy.signal import cont2discrete
+
+    # With time in units of 1/pole the third derivative is p - r - 3 r' - 3 r".
+    a, b = pole * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, -3.0, -3.0]]), np.array([[0.0], [0.0], [pole]])
+    grow, feed, *_ = cont2discrete((a, b, np.eye(3), np.zeros((3, 1))), 1 / rate)
+    state = np.array([start, 0.0, 0.0])
+    rows = np.empty((4, len(position)))
+    for k, wanted in enumerate(position):
+        rows[:3, k] = state
+        rows[3, k] = wanted - state[0] - 3 * state[1] - 3 * state[2]
+        state = grow @ state + feed[:, 0] * wanted
+    return rows * pole ** np.arange(4.0)[:, None]
+
+
 def _switched(
     activation: np.ndarray, memory: IntentMemory, switch: CoContractionSwitch, rate: float
 ) -> tuple[np.ndarray, IntentMemory]:

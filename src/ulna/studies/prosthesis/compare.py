@@ -1,0 +1,146 @@
+"""The comparison: every contender at every task on the same plants with the same noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from ulna.studies.prosthesis.contender import Contender
+from ulna.studies.prosthesis.field import contenders, tuned_numbers
+from ulna.studies.prosthesis.measures import UNITS, measures
+from ulna.studies.prosthesis.plant import Bench, draws_of
+from ulna.studies.prosthesis.tasks import Task, tasks_of
+from ulna.studies.prosthesis.trial import Runs, prepare, run_trial
+
+WORKERS = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Entry:
+    """A contender at a task.
+
+    Attributes:
+        measured: (D,) of every measure, the nominal plant first.
+        nominal: the trajectory of the nominal plant, arrays of one row.
+    """
+
+    contender: Contender
+    task: Task
+    measured: Mapping[str, np.ndarray]
+    nominal: Runs
+
+    def nominal_value(self, measure: str) -> float:
+        """The measure on the nominal plant."""
+        return float(self.measured[measure][0])
+
+    def quantile(self, measure: str, share: float) -> float:
+        """The value that this share of the plants stays below; infinite where too few succeed, else NaN."""
+        values = self.measured[measure]
+        if np.isnan(values).any():
+            return math.nan
+        return float(np.quantile(values, share, method="higher"))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Comparison:
+    """All contenders at all tasks on one bench.
+
+    Attributes:
+        chosen: the tuned numbers by contender.
+        entries: by (contender key, task key).
+        count: plants, the nominal one included.
+    """
+
+    bench: Bench
+    contenders: tuple[Contender, ...]
+    tasks: tuple[Task, ...]
+    chosen: Mapping[str, Mapping[str, float]]
+    entries: Mapping[tuple[str, str], Entry]
+    count: int
+    seed: int
+
+    def best(self, task: str, measure: str, share: float) -> Contender | None:
+        """Who has the least of a measure at this quantile; None where nobody has a finite value."""
+        values = {c.key: self.entries[c.key, task].quantile(measure, share) for c in self.contenders}
+        finite = {key: value for key, value in values.items() if math.isfinite(value)}
+        if not finite:
+            return None
+        winner = min(finite, key=lambda key: finite[key])
+        return next(c for c in self.contenders if c.key == winner)
+
+
+def compare(bench: Bench, *, count: int = 200, seed: int = 1, workers: int = WORKERS) -> Comparison:
+    """Run everything; the same numbers for the same arguments, whatever the number of threads.
+
+    Args:
+        count: plants, the nominal one included. seed: of plants and noise. workers: threads.
+
+    Raises:
+        OptionalDependencyError: without Numba; DesignError: for a preset that was never tuned.
+    """
+    field, tasks, draws = contenders(bench), tasks_of(bench), draws_of(bench, count, seed=seed)
+    chosen = {c.key: tuned_numbers(bench, c) for c in field}
+    for contender in field:
+        prepare(bench, contender)
+
+    def entry(job: tuple[Contender, Task]) -> Entry:
+        contender, task = job
+        runs = run_trial(bench, contender, chosen[contender.key], task, draws)
+        return Entry(contender=contender, task=task, measured=measures(bench, task, runs), nominal=first_of(runs))
+
+    jobs = [(contender, task) for contender in field for task in tasks]
+    with ThreadPoolExecutor(max_workers=workers) as pool:
+        entries = list(pool.map(entry, jobs))
+    return Comparison(
+        bench=bench,
+        contenders=field,
+        tasks=tasks,
+        chosen=chosen,
+        entries={(e.contender.key, e.task.key): e for e in entries},
+        count=count,
+        seed=seed,
+    )
+
+
+def first_of(runs: Runs) -> Runs:
+    """The runs of the first plant alone, copied, so that the others can go."""
+    return Runs(
+        angle=runs.angle[:1].copy(),
+        current=runs.current[:1].copy(),
+        voltage=runs.voltage[:1].copy(),
+        limited=runs.limited[:1].copy(),
+    )
+
+
+def plain_results(found: Comparison) -> dict[str, object]:
+    """The comparison as plain data; null where a motion never settles or a measure does not apply."""
+    return {
+        "preset": found.bench.preset.name,
+        "plants": found.count,
+        "seed": found.seed,
+        "extra_load_kg": found.bench.extra_load,
+        "tuned": {key: dict(values) for key, values in found.chosen.items()},
+        "units": dict(UNITS),
+        "tasks": {
+            task.key: {
+                contender.key: {measure: _summary(found.entries[contender.key, task.key], measure) for measure in UNITS}
+                for contender in found.contenders
+            }
+            for task in found.tasks
+        },
+    }
+
+
+def _summary(entry: Entry, measure: str) -> dict[str, float | None]:
+    values = entry.measured[measure]
+    numbers = {
+        "nominal": float(values[0]),
+        "median": entry.quantile(measure, 0.5),
+        "p95": entry.quantile(measure, 0.95),
+        "worst": float(values.max()),
+    }
+    return {name: value if math.isfinite(value) else None for name, value in numbers.items()}

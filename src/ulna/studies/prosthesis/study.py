@@ -1,0 +1,98 @@
+"""`study_prosthesis`: the comparison on the presets asked for, as a folder with a page and its data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table as TextTable
+
+from ulna.models.presets import preset, presets
+from ulna.plot.save import svg_text
+from ulna.report import output_folder, render_page, results_text
+from ulna.studies.prosthesis.animation import animation
+from ulna.studies.prosthesis.compare import Comparison, compare, plain_results
+from ulna.studies.prosthesis.demonstration import Demonstration, demonstrate
+from ulna.studies.prosthesis.emg_recording import read_recording
+from ulna.studies.prosthesis.figures import demonstration_figure, spread_figure, task_figure
+from ulna.studies.prosthesis.page import COLUMNS, document
+from ulna.studies.prosthesis.plant import bench_of
+
+PLANTS = 200
+"""Plants of each arm in the full comparison."""
+QUICK_PLANTS = 12
+QUICK_PRESET = "transhumeral_elbow"
+CURVES = ("reach", "follow", "pick_up", "push")
+"""Tasks whose curves are drawn."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProsthesisStudy:
+    """What `study_prosthesis` made: comparisons, the same as plain data, the folder and its page."""
+
+    found: tuple[Comparison, ...]
+    results: Mapping[str, Any]
+    folder: Path
+    page: Path
+
+
+def study_prosthesis(
+    out: str | Path,
+    *,
+    names: Sequence[str] = (),
+    quick: bool = False,
+    recording: str | Path | None = None,
+) -> ProsthesisStudy:
+    """Compare the controllers and write `index.html`, which needs nothing else, and `results.json` into a folder.
+
+    Args:
+        out: the folder; new, empty, or an earlier output, which is replaced.
+        names: presets; all where left out, with `quick` the elbow alone.
+        quick: few plants.
+        recording: a file of muscle signals for the section on intent; a synthetic one where left out.
+
+    Raises:
+        UlnaError: an unknown preset, one that cannot lift its load, a recording or folder that cannot be used.
+    """
+    chosen = [preset(name) for name in names] or ([preset(QUICK_PRESET)] if quick else list(presets()))
+    benches = [bench_of(each) for each in chosen]
+    muscles = None if recording is None else read_recording(recording)
+    folder = Path(out)
+    with output_folder(folder) as place:
+        found = tuple(compare(bench, count=QUICK_PLANTS if quick else PLANTS) for bench in benches)
+        shown = demonstrate(benches[0], muscles, source="" if recording is None else Path(recording).name)
+        results = {"quick": quick, "presets": {each.bench.preset.name: plain_results(each) for each in found}}
+        (place / "results.json").write_text(results_text(results), encoding="utf-8")
+        page = render_page(document(found, _pictures(found, shown)))
+        (place / "index.html").write_text(page, encoding="utf-8")
+    return ProsthesisStudy(found=found, results=results, folder=folder, page=folder / "index.html")
+
+
+def summary_table(study: ProsthesisStudy) -> TextTable:
+    """A table for the terminal: the best contender of every measure, by arm."""
+    table = TextTable(title="Best at what 95 of 100 plants stay below", title_justify="left")
+    table.add_column("measure")
+    for each in study.found:
+        table.add_column(each.bench.preset.name)
+    for task, measure, heading in COLUMNS:
+        cells = []
+        for each in study.found:
+            best = each.best(task, measure, 0.95)
+            value = "" if best is None else f" {each.entries[best.key, task].quantile(measure, 0.95):.3g}"
+            cells.append("nobody" if best is None else f"{best.title}{value}")
+        table.add_row(f"{task.replace('_', ' ')}: {heading.split(': ')[-1]}", *cells)
+    return table
+
+
+def _pictures(found: Sequence[Comparison], shown: Demonstration) -> dict[str, str]:
+    """Every figure as SVG text by name."""
+    pictures = {"muscles": svg_text(demonstration_figure(shown), prefix="muscles-")}
+    for each in found:
+        name = each.bench.preset.name
+        pictures[f"{name}-animation"] = animation(each)
+        pictures[f"{name}-spread"] = svg_text(spread_figure(each), prefix=f"{name}-spread-")
+        for key in CURVES:
+            pictures[f"{name}-{key}"] = svg_text(task_figure(each, key), prefix=f"{name}-{key}-")
+    return pictures

@@ -1,0 +1,140 @@
+"""MuJoCo and Pinocchio build the same arm from its parameters; the controller, unchanged, closes the loop on them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from independent_arm import Plant, mujoco_plant, mujoco_steps, pinocchio_plant
+
+from ulna.models.driven_arm import arm_with_drive
+from ulna.models.presets import preset
+from ulna.sim import simulate
+from ulna.studies.prosthesis import trial
+from ulna.studies.prosthesis.field import contenders, tuned_numbers
+from ulna.studies.prosthesis.loop import run_block
+from ulna.studies.prosthesis.plant import Bench, bench_of, draws_of
+from ulna.studies.prosthesis.tasks import PERIOD, Task, tasks_of
+
+PRESETS = ("paper", "bench_servo", "transhumeral_elbow", "human_scale")
+ENGINES = {"mujoco": mujoco_plant, "pinocchio": pinocchio_plant}
+
+
+def _numbers(bench: Bench) -> dict[str, float]:
+    return {p.name: float(p.si_value or 0) for p in bench.plant.parameters}
+
+
+def _shorter(task: Task, count: int) -> Task:
+    return Task(
+        key=task.key,
+        title=task.title,
+        reference=np.ascontiguousarray(task.reference[:, : count + 1]),
+        load=task.load[: count + 1],
+        push=task.push[: count + 1],
+        start=task.start,
+        event=task.event,
+        reaches=task.reaches,
+    )
+
+
+def _angle_with(plant: Plant, bench: Bench, key: str, task: Task) -> tuple[np.ndarray, np.ndarray]:
+    """(N,) angles of the bench's own plant and of the other one, under the same controller, compiled."""
+    contender = next(c for c in contenders(bench) if c.key == key)
+    chosen, draws = tuned_numbers(bench, contender), draws_of(bench, 1)
+    own = trial.run_trial(bench, contender, chosen, task, draws).angle[0]
+    starts, voltages = trial.starts_at_rest(bench, task, draws)
+    record = np.empty((4, 1, task.count + 1))
+    run_block(
+        plant,
+        trial.compiled_control(contender.system),
+        PERIOD,
+        trial.plant_steps(bench),
+        starts,
+        trial.first_memory(bench, contender, chosen, task),
+        voltages,
+        np.zeros((1, 1)),
+        trial.control_numbers(bench, contender, chosen),
+        task.reference,
+        task.load,
+        task.push,
+        trial.encoder_noise(bench, task, draws),
+        trial.hardware_of(bench),
+        record,
+    )
+    return own, record[0, 0]
+
+
+@pytest.mark.parametrize("name", PRESETS)
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_rates_agree_at_random_states(name: str, engine: str) -> None:
+    bench = bench_of(preset(name))
+    plant = ENGINES[engine](_numbers(bench))
+    symbols = [*bench.plant.state_symbols, *bench.plant.input_symbols, *bench.plant.parameter_symbols]
+    generator = np.random.default_rng(5)
+    found = np.empty(3)
+    for _ in range(20):
+        state = generator.uniform([-1.5, -4, -5], [1.5, 4, 5])
+        given = np.array([generator.uniform(-6, 6), generator.uniform(0, 1), generator.uniform(-1, 1)])
+        plant(state, given, np.zeros(1), found)
+        at = dict(zip(symbols, [*state, *given, *_numbers(bench).values()], strict=True))
+        wanted = [float(rate.xreplace(at)) for rate in bench.plant.inline(bench.plant.rates)]
+        assert found == pytest.approx(wanted, rel=1e-11, abs=1e-9)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize(
+    ("name", "key", "task"),
+    [
+        ("transhumeral_elbow", "load_robust", "reach"),
+        ("transhumeral_elbow", "load_robust", "pick_up"),
+        ("human_scale", "reduced", "push"),
+        ("human_scale", "pid", "reach"),
+        ("paper", "load_robust", "pick_up"),
+        ("paper", "compensator", "reach"),
+        ("paper", "state_feedback", "push"),
+    ],
+)
+def test_the_controller_unchanged_moves_the_other_plant_the_same_way(
+    engine: str, name: str, key: str, task: str
+) -> None:
+    bench = bench_of(preset(name))
+    chosen = _shorter(next(t for t in tasks_of(bench) if t.key == task), 1500)
+    own, other = _angle_with(ENGINES[engine](_numbers(bench)), bench, key, chosen)
+    assert np.abs(own - other).max() < 1e-10
+    assert np.ptp(own) > 1e-4
+
+
+def test_an_arm_built_with_another_mass_is_noticed() -> None:
+    bench = bench_of(preset("transhumeral_elbow"))
+    numbers = {**_numbers(bench), "m1": 1.001 * bench.value("m1")}
+    task = _shorter(tasks_of(bench)[0], 800)
+    own, other = _angle_with(mujoco_plant(numbers), bench, "load_robust", task)
+    assert np.abs(own - other).max() > 1e-6
+
+
+def test_mujocos_own_steps_with_the_electrical_equation_inside_follow_the_equations() -> None:
+    arm = preset("transhumeral_elbow")
+    numbers = {p.name: float(p.si_value or 0) for p in arm.parameters}
+    start, voltage, seconds = np.array([0.8, 0.0, 0.0]), -3.0, 0.6
+    times = np.linspace(0.0, seconds, 61)
+    exact = simulate(arm_with_drive(arm), start.tolist(), times, inputs={"u": voltage})
+    errors = []
+    for timestep in (1e-4, 5e-5):
+        rows = mujoco_steps(numbers, voltage, start, seconds=seconds, timestep=timestep)
+        errors.append(float(np.abs(rows[:: round(0.01 / timestep), 0] - exact["theta"]).max()))
+    assert errors[1] < 1e-9
+    # Fourth order: half the step, a sixteenth of the error.
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.5)
+
+
+def test_the_electrical_equation_held_over_a_mechanical_step_is_wrong() -> None:
+    """La/Ra is 0.2 ms: at steps of 0.1 ms the current taken once a step is wrong, inside the step it is not."""
+    arm = preset("transhumeral_elbow")
+    numbers = {p.name: float(p.si_value or 0) for p in arm.parameters}
+    start = np.array([0.8, 0.0, 0.0])
+    settings = {"seconds": 0.3, "timestep": 1e-4}
+    fine = mujoco_steps(numbers, -3.0, start, seconds=0.3, timestep=2.5e-5)[::4]
+    inside = np.abs(mujoco_steps(numbers, -3.0, start, **settings)[:, 0] - fine[:, 0]).max()
+    held = np.abs(mujoco_steps(numbers, -3.0, start, **settings, held=True)[:, 0] - fine[:, 0]).max()
+    assert held > 1000 * inside
