@@ -10,6 +10,7 @@ from itertools import chain, islice
 import sympy as sp
 
 from ulna.base import Status, Verdict, all_of
+from ulna.symbolic.algebraic import algebraic
 from ulna.symbolic.ball import leaves_of, tape
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.embed import attempt_exactly
@@ -84,7 +85,7 @@ def invert_map(
         forward: (n,) T(x), may contain parameters.
         old: (n,) x.
         new: (n,) z.
-        near: a value for each of `old`.
+        near: a value for each of `old`; for parameters too where the branch may hang on them.
         seconds: s, for everything.
     """
     claim = "the map is inverted on the branch through the base point"
@@ -93,8 +94,9 @@ def invert_map(
     if start is None:
         return Inversion(expressions=None, verdict=Verdict.undecided(claim, tried="no regular point near the base"))
     parameters = [leaf for leaf in leaves_of(expressions) if leaf not in old]
-    # Positive numbers of middling size for the parameters; they only tell the branches apart.
+    # Where no values are given, positive numbers of middling size; they only tell the branches apart.
     values = next(islice(random_points(parameters, seed=SEED), 1, None))
+    values |= {leaf: sp.sympify(near[leaf]) for leaf in parameters if leaf in near}
     base: dict[sp.Basic, sp.Expr] = {**values, **{x: start[x].xreplace(values) for x in old}}
     base |= {z: one.xreplace(base) for z, one in zip(new, expressions, strict=True)}
     task = _Task(forward=expressions, old=tuple(old), new=tuple(new), base=base, seconds=seconds)
@@ -113,12 +115,14 @@ def _regular_base(
     """The base point, or a point beside it where the Jacobian is regular; and whether it was moved."""
     jacobian = sp.Matrix(forward).jacobian(list(old))
     given = {x: sp.sympify(near.get(x, 0)) for x in old}
+    values = {leaf: value for leaf, value in near.items() if leaf not in old}
     for shift in (0, sp.Rational(1, 8), sp.Rational(1, 3), 1):
         point = {x: value + shift * (1 + sp.Rational(k, 7)) for k, (x, value) in enumerate(given.items())}
         local = [entry.xreplace(point) for entry in (*jacobian, *forward)]
         if any(entry.has(sp.nan, sp.zoo, sp.oo) for entry in local):
             continue
-        rank = generic_rank(sp.Matrix(*jacobian.shape, local[: len(jacobian)]), seconds=0)
+        slopes = [entry.xreplace(values) for entry in local[: len(jacobian)]]
+        rank = generic_rank(sp.Matrix(*jacobian.shape, slopes), seconds=0)
         if rank.point is not None and rank.value == len(old):
             return point, shift != 0
     return None, False
@@ -130,6 +134,11 @@ def _first_verified(
     first = _State(equations=tuple(one - z for one, z in zip(task.forward, task.new, strict=True)), unknowns=task.old)
     for state in chain(_eliminated(first, task), _solved_as_a_whole(first, task)):
         solution = _back_substituted(state)
+        plain = tuple(solution[x] for x in task.old)
+        quick = _comes_back(task, start, plain)
+        if quick.fails:
+            rejected.append(f"{plain}: {quick}")
+            continue
         expressions = tuple(tidy(solution[x], seconds=0.3) for x in task.old)
         verdict = _verified(task, start, expressions, claim, evidence)
         if verdict.holds:
@@ -263,7 +272,15 @@ def _moves(state: _State, task: _Task) -> Iterator[tuple[sp.Symbol, int, Isolate
             later.append(pair)
         else:
             yield unknown, place, isolated
-    for place, unknown in sorted(later, key=lambda pair: others[pair]):
+    later.sort(key=lambda pair: others[pair])
+    hard: list[tuple[int, sp.Symbol]] = []
+    for place, unknown in later:
+        isolated = algebraic(state.equations[place], unknown, task.base)
+        if isolated is None:
+            hard.append((place, unknown))
+        else:
+            yield unknown, place, isolated
+    for place, unknown in hard:
         for isolated in solved_branches(state.equations[place], unknown, task.base, seconds=task.seconds / 4):
             yield unknown, place, isolated
 
@@ -313,15 +330,42 @@ def _verified(
     back = dict(zip(task.old, expressions, strict=True))
     there = dict(zip(task.new, task.forward, strict=True))
     image = {z: one.xreplace(start) for z, one in there.items()}
-    left = [expressions[k].xreplace(there) - x for k, x in enumerate(task.old)]
-    near_old = are_zero(left, test=SampledZero(points=4, near=start, radius=_RADIUS, seconds=0))
+    near_old = _comes_back(task, start, expressions)
     if not near_old.holds:
         return near_old
+    if near_old.evidence.get("parameters"):
+        values = near_old.evidence["parameters"]
+        start = {x: value.xreplace(values) for x, value in start.items()}
+        image = {z: one.xreplace(values) for z, one in image.items()} | values
+        evidence = {**evidence, "parameters": values}
     right = [task.forward[k].xreplace(back) - z for k, z in enumerate(task.new)]
     near_new = are_zero(right, test=SampledZero(points=4, near=image, radius=_RADIUS, seconds=0.5))
     if near_new.status is Status.PROVED and _fixes(expressions, image, start):
         return Verdict.proved(claim, **evidence)
     return all_of(claim, [near_new, near_old], **evidence)
+
+
+def _comes_back(task: _Task, start: dict[sp.Symbol, sp.Expr], expressions: tuple[sp.Expr, ...]) -> Verdict:
+    """S(T(x)) = x at points near x0, for any parameters or at least near those of the base point.
+
+    The branch of a root may hang on the signs of parameters: then the evidence names the `parameters`.
+    """
+    there = dict(zip(task.new, task.forward, strict=True))
+    left = [one.xreplace(there) - x for one, x in zip(expressions, task.old, strict=True)]
+    anywhere = are_zero(left, test=SampledZero(points=4, near=start, radius=_RADIUS, seconds=0))
+    parameters = {leaf: task.base[leaf] for leaf in leaves_of(left) if leaf not in task.old}
+    if anywhere.holds or not parameters:
+        return anywhere
+    base = {x: value.xreplace(parameters) for x, value in start.items()}
+    there_only = are_zero(
+        left, test=SampledZero(points=4, near={**base, **parameters}, radius=_RADIUS * _smallest(parameters), seconds=0)
+    )
+    return replace(there_only, evidence={**there_only.evidence, "parameters": parameters})
+
+
+def _smallest(values: Mapping[sp.Basic, sp.Expr]) -> sp.Expr:
+    """The least modulus of the values that are not zero, at most one."""
+    return min((sp.S.One, *(abs(value) for value in values.values() if value != 0)), key=float)
 
 
 def _fixes(

@@ -61,6 +61,20 @@ def peeled(expression: sp.Expr, unknown: sp.Symbol, base: Base) -> Isolated | No
     Each inverse takes the branch on which the base point lies: x^2 = w gives sqrt(w) or -sqrt(w), sin(u) = w gives
     asin(w) or pi - asin(w), both up to a multiple of 2 pi.
     """
+    found = outer_layers(expression, unknown, base)
+    return None if found is None or found.inner != unknown else found.solved
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Peeled:
+    """An equation inner = solved.expression, the unknown standing in `inner` only."""
+
+    inner: sp.Expr
+    solved: Isolated
+
+
+def outer_layers(expression: sp.Expr, unknown: sp.Symbol, base: Base) -> Peeled | None:
+    """Expression = 0 with all functions taken off under which the unknown stands; None if one cannot be inverted."""
     left, right = expression, sp.S.Zero
     nonzero: list[sp.Expr] = []
     positive: list[sp.Expr] = []
@@ -71,7 +85,7 @@ def peeled(expression: sp.Expr, unknown: sp.Symbol, base: Base) -> Isolated | No
                 # The unknown stands in several factors or terms; sin(u) / cos(u) is one function after all.
                 joined = TR2i(inner)
                 if joined.func is left.func:
-                    return None
+                    break
                 inner = joined
             if isinstance(left, sp.Add):
                 right = right - rest
@@ -87,7 +101,7 @@ def peeled(expression: sp.Expr, unknown: sp.Symbol, base: Base) -> Isolated | No
         right = solved.expression
         nonzero.extend(solved.nonzero)
         positive.extend(solved.positive)
-    return Isolated(expression=right, nonzero=tuple(nonzero), positive=tuple(positive))
+    return Peeled(inner=left, solved=Isolated(expression=right, nonzero=tuple(nonzero), positive=tuple(positive)))
 
 
 def _one_layer(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, base: Base) -> tuple[sp.Expr, Isolated] | None:
@@ -97,7 +111,7 @@ def _one_layer(left: sp.Expr, right: sp.Expr, unknown: sp.Symbol, base: Base) ->
             if left.base.has(unknown):
                 return None
             return left.exp, Isolated(expression=sp.log(right) / sp.log(left.base), positive=(right, left.base))
-        solved = _root(left.base, left.exp, right, base)
+        solved = root(left.base, left.exp, right, base)
         return None if solved is None else (left.base, solved)
     if isinstance(left, sp.atan2):
         return _one_of_two(left, right, unknown)
@@ -126,12 +140,13 @@ def number_at(expression: sp.Expr, base: Base) -> float:
     return float(tape([expression])(base)[0].mid())
 
 
-def _root(inner: sp.Expr, exponent: sp.Expr, right: sp.Expr, base: Base) -> Isolated | None:
+def root(inner: sp.Expr, exponent: sp.Expr, right: sp.Expr, base: Base) -> Isolated | None:
+    """The solution for u of u^exponent = right on the branch through the base point, u being `inner`."""
     if not isinstance(exponent, sp.Integer):
         # A real power with such an exponent lives on positive numbers.
         return Isolated(expression=right ** (1 / exponent), positive=(right,))
     if exponent < 0:
-        solved = _root(inner, -exponent, 1 / right, base)
+        solved = root(inner, -exponent, 1 / right, base)
         return solved and Isolated(
             expression=solved.expression, nonzero=(right, *solved.nonzero), positive=solved.positive
         )
