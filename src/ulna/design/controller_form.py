@@ -185,7 +185,7 @@ def _form(relative: RelativeDegree, verdict: Verdict) -> ControllerForm:
             forward,
             view.x,
             new_symbols("z", len(view.x), taken),
-            near=dict(relative.point),
+            near={**relative.point, **view.system.values},
             singular=minor_determinant(jacobian, generic_rank(jacobian, seconds=0)),
             seconds=_INVERSION_SECONDS,
         ),

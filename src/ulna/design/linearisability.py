@@ -20,6 +20,7 @@ from ulna.geometry.accessibility import Accessibility, accessibility
 from ulna.geometry.lie import lie_bracket
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.rank import generic_rank
+from ulna.system.operating_point import operating_point
 from ulna.system.system import System
 
 _PROOF_SECONDS = 1.0
@@ -134,7 +135,8 @@ def _shown_point(states: tuple[sp.Symbol, ...], point: Mapping[Any, Any] | None)
 
 
 def _at_point(system: System, found: Accessibility, verdict: Verdict) -> Verdict:
-    claim = f"'{system.name}' is full-state linearisable around its operating point"
+    here = operating_point(system)
+    claim = f"'{system.name}' is full-state linearisable {here.phrase.replace('at the', 'around its', 1)}"
     if verdict.fails:
         return Verdict.refuted(claim, **{**verdict.evidence, "because": verdict.claim, "generically": False})
     parts = [verdict]
@@ -148,7 +150,7 @@ def _at_point(system: System, found: Accessibility, verdict: Verdict) -> Verdict
                 level=level,
                 generic_dimension=generic.value,
                 dimension_at_point=local.value,
-                point=dict(found.point),
+                point=here.where,
                 singular=found.singular,
             )
-    return all_of(claim, parts, point=dict(found.point), singular=found.singular)
+    return all_of(claim, parts, point=here.where, singular=found.singular)

@@ -137,7 +137,7 @@ def _described(found: Accessibility, verdict: Verdict, forward: tuple[sp.Expr, .
     if forward is None:
         return StateLinearisation(verdict=verdict, map=None, A=None, B=None, offset=None)
     view, system = found.view, found.view.system
-    point = dict(operating_point(system).states)
+    point = {**operating_point(system).states, **system.values}
     taken = (*view.x, *view.u, *system.parameter_symbols)
     z = new_symbols("z", len(view.x), taken)
     column = sp.ImmutableDenseMatrix(len(forward), 1, list(forward))

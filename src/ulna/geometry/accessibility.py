@@ -82,7 +82,7 @@ class Accessibility:
     @property
     def controllable_at_point(self) -> Verdict:
         """Whether the controllability matrix has rank n at the operating point."""
-        return _full(self, self.ranks_at_point, "at the operating point")
+        return _full(self, self.ranks_at_point, operating_point(self.view.system).phrase)
 
     @property
     def indices(self) -> tuple[int, ...]:
@@ -127,7 +127,8 @@ def accessibility(system: System) -> Accessibility:
         UlnaError: if a field is not smooth.
     """
     view = control_affine(system)
-    n, point = len(view.x), dict(operating_point(system).states)
+    n, here = len(view.x), operating_point(system)
+    point = dict(here.states)
     if not view.u:
         return Accessibility(view=view, levels=(), ranks=(), ranks_at_point=(), point=point, singular=None)
     require_smooth([*view.f, *view.g], f"the brackets of '{system.name}'")
@@ -143,7 +144,7 @@ def accessibility(system: System) -> Accessibility:
         ranks.append(_generic(levels, n))
         if ranks[-1].value == ranks[-2].value:
             break
-    locals_ = [rank_at(_matrix(levels[: k + 1], n), point, seconds=0.5) for k in range(len(levels))]
+    locals_ = [rank_at(_matrix(levels[: k + 1], n), here.where, seconds=0.5) for k in range(len(levels))]
     return Accessibility(
         view=view,
         levels=tuple(levels),

@@ -75,7 +75,7 @@ def observability(system: System) -> Observability:
     """
     view = control_affine(system)
     require_smooth([*view.f, *view.h], f"observability of '{system.name}'")
-    point = operating_point(system).states
+    here = operating_point(system)
     chains = _chains(view)
     functions = tuple(h for chain in chains for h in chain)
     indices = tuple(len(chain) for chain in chains)
@@ -83,7 +83,7 @@ def observability(system: System) -> Observability:
     rank = generic_rank(matrix)
     if len(chains) == 1:
         indices = (rank.value,)
-    local = _rank_at(view, matrix, point, full=len(chains) == 1)
+    local = _rank_at(view, matrix, here.where, full=len(chains) == 1)
     determinant = None
     if rank.value == matrix.rows == len(view.x):
         determinant = attempt(_SECONDS, "determinant", minor_determinant, matrix, rank).value
@@ -94,10 +94,10 @@ def observability(system: System) -> Observability:
         indices=indices,
         rank=rank,
         at_point=local,
-        point=point,
+        point=here.states,
         determinant=determinant,
         observable=_full(rank, view, "almost everywhere", matrix),
-        observable_at_point=_full(local, view, "at the operating point", matrix),
+        observable_at_point=_full(local, view, here.phrase, matrix),
     )
 
 

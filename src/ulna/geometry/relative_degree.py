@@ -86,7 +86,8 @@ def relative_degree_of(
     Raises:
         UlnaError: if something that has to be differentiated is not smooth.
     """
-    where = dict(operating_point(view.system).states if point is None else point)
+    here = operating_point(view.system) if point is None else None
+    where = dict(point or {}) if here is None else dict(here.states)
     found = [_differentiated(h, view) for h in outputs]
     degrees = tuple(one.degree for one in found)
     rows = [entry for one in found for entry in one.row]
@@ -100,7 +101,7 @@ def relative_degree_of(
         decoupling=decoupling,
         lie_chain=tuple(one.chain for one in found),
         invertible=invertible,
-        at_point=_at_point(decoupling, degrees, invertible, where, view),
+        at_point=_at_point(decoupling, degrees, invertible, where if here is None else here.where, view),
         singular=singular,
         point=where,
         certainty=certainty,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import sympy as sp
@@ -23,12 +23,25 @@ class OperatingPoint:
         states: value by state symbol, in the order of the system's states.
         inputs: value by input symbol.
         equilibrium: proved or supported if every rate vanishes, refuted with the rate that does not.
+        parameters: value by parameter symbol where the system rests there only at the parameters' values; empty where
+            it rests for any parameters, or not at all.
     """
 
     system: System
     states: Mapping[sp.Symbol, sp.Expr]
     inputs: Mapping[sp.Symbol, sp.Expr]
     equilibrium: Verdict
+    parameters: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+
+    @property
+    def where(self) -> dict[sp.Symbol, sp.Expr]:
+        """What questions at the point are asked at: the states, and the parameters where the point hangs on them."""
+        return {**self.states, **self.parameters}
+
+    @property
+    def phrase(self) -> str:
+        """`at the operating point`, and that parameters stand at their values where they do."""
+        return "at the operating point" + (", parameters at their values" if self.parameters else "")
 
     @property
     def values(self) -> dict[sp.Symbol, sp.Expr]:
@@ -65,7 +78,7 @@ def operating_point(system: System) -> OperatingPoint:
     if given and system.values:
         at_values = operating_point(system.with_values())
         if at_values.equilibrium.holds:
-            return _point(system, at_values.values, at_values.equilibrium)
+            return _point(system, at_values.values, at_values.equilibrium, parameters=dict(system.values))
     point = {**given, **zero_states, **zero_inputs}
     return _point(system, point, _equilibrium(system, rates, point))
 
@@ -82,12 +95,18 @@ def given_point(system: System) -> OperatingPoint:
     )
 
 
-def _point(system: System, point: Mapping[sp.Symbol, sp.Expr], verdict: Verdict) -> OperatingPoint:
+def _point(
+    system: System,
+    point: Mapping[sp.Symbol, sp.Expr],
+    verdict: Verdict,
+    parameters: Mapping[sp.Symbol, sp.Expr] | None = None,
+) -> OperatingPoint:
     return OperatingPoint(
         system=system,
         states={s: point[s] for s in system.state_symbols},
         inputs={s: point[s] for s in system.input_symbols},
         equilibrium=verdict,
+        parameters=parameters or {},
     )
 
 
