@@ -20,7 +20,6 @@ from ulna.sim.outcome import Outcome
 from ulna.sim.simulate import simulate
 from ulna.symbolic.hoist import Hoisted, hoist
 from ulna.symbolic.kernel import Kernel, kernel
-from ulna.symbolic.lowering.heyoka import to_heyoka
 from ulna.symbolic.lowering.numpy import to_numpy
 from ulna.symbolic.modes import with_modes
 from ulna.system import System
@@ -71,6 +70,8 @@ def continuous_figures(job: Job, settings: Continuous, samples: int | None) -> d
 def _compiled(plant: System, settings: Continuous) -> Batch:
     import heyoka as hy
 
+    from ulna.symbolic.lowering.heyoka import to_heyoka
+
     held = [*plant.input_symbols, *plant.parameter_symbols]
     names = {f"{s.name}'": e for s, e in zip(plant.states, plant.inline(plant.rates), strict=True)}
     split = hoist(kernel(plant.name, [*plant.state_symbols, *held], names, held=held), [s.name for s in held])
@@ -96,8 +97,7 @@ def _compiled(plant: System, settings: Continuous) -> Batch:
 def _empty(job: Job) -> dict[str, Any]:
     runs, outputs = len(job.initial), len(job.plant.outputs)
     figures: dict[str, Any] = {
-        name: np.full((runs, outputs), np.nan)
-        for name in ("settling_time", "overshoot", "steady_error", "peak_error")
+        name: np.full((runs, outputs), np.nan) for name in ("settling_time", "overshoot", "steady_error", "peak_error")
     }
     figures |= {
         "input_names": (),
@@ -249,4 +249,3 @@ def _single(job: Job, settings: Continuous, samples: int | None, run: int, figur
         figures["overshoot"][run, column] = found.overshoot
         figures["steady_error"][run, column] = found.steady_error
         figures["peak_error"][run, column] = found.peak_error
-

@@ -76,6 +76,7 @@ def prepared(system: System, shape: Shape, settings: Continuous) -> Prepared:
 
 
 _PREPARED = IdentityCache(FLOWS_KEPT)
+_DEFAULTS = IdentityCache(FLOWS_KEPT)
 _FLOWS: OrderedDict[tuple[Kernel, Layout, Continuous], Flow] = OrderedDict()
 _LOCK = RLock()
 
@@ -150,7 +151,11 @@ def _flow(main: Kernel, layout: Layout, settings: Continuous) -> Flow:
 
 
 def default_values(system: System) -> dict[str, float | None]:
-    """The SI value of each parameter, None where it has none."""
+    """The SI value of each parameter, None where it has none; remembered by the identity of the system."""
+    return dict(_DEFAULTS.get(system, None, lambda: _rounded_values(system)))
+
+
+def _rounded_values(system: System) -> dict[str, float | None]:
     return {p.name: None if (v := p.si_value) is None else rounded(v, system.name) for p in system.parameters}
 
 

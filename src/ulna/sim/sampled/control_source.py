@@ -152,7 +152,7 @@ def _euler(w: LoopWriter, z: list[str], y: Pair, u: list[str], r: Pair, steps: i
     h = w.new(f"{w.setting('period')} / {float(steps)}")
     for j in range(steps):
         rates = _rates(w, z, _between(w, y, j / steps), u, _between(w, r, j / steps))
-        z = [w.new(f"{a} + {h} * {b}") for a, b in zip(z, rates, strict=True)]
+        z = [w.new(f"fused({h}, {b}, {a})") for a, b in zip(z, rates, strict=True)]
     return z
 
 
@@ -171,12 +171,14 @@ def _runge_kutta(w: LoopWriter, z: list[str], y: Pair, u: list[str], r: Pair, st
 
 
 def _moved(w: LoopWriter, z: list[str], h: str, rates: list[str]) -> list[str]:
-    return [w.new(f"{a} + {h} * {b}") for a, b in zip(z, rates, strict=True)]
+    return [w.new(f"fused({h}, {b}, {a})") for a, b in zip(z, rates, strict=True)]
 
 
 def combined(w: LoopWriter, x: list[str], sixth: str, k: tuple[list[str], ...]) -> list[str]:
     """x + h/6 (k1 + 2 k2 + 2 k3 + k4)."""
-    return [w.new(f"{a} + {sixth} * (({b} + {e}) + 2.0 * ({c} + {d}))") for a, b, c, d, e in zip(x, *k, strict=True)]
+    return [
+        w.new(f"fused({sixth}, fused(2.0, {c} + {d}, {b} + {e}), {a})") for a, b, c, d, e in zip(x, *k, strict=True)
+    ]
 
 
 def _exact(w: LoopWriter, z: list[str], y: Pair, u: list[str], r: Pair, *, interpolate: bool) -> list[str]:

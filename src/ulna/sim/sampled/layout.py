@@ -68,15 +68,19 @@ class Layout:
         return 2 * len(self.wiring.measured) + 2
 
     def columns(self) -> dict[str, int]:
-        """Place of each number that is recorded at a sample: slot name → column."""
-        names = ["time", *(f"x{k}" for k in range(self.states)), *(f"z{k}" for k in range(self.memory))]
-        names += [f"yn{k}" for k in range(len(self.wiring.measured))]
-        names += [f"e{k}" for k in range(len(self.wiring.estimates))]
-        for k in range(len(self.wiring.driven)):
-            names += [f"c{k}", f"h{k}_0", f"ua{k}", f"ub{k}"]
+        """Place of each number that is recorded at a sample: slot name → row of the record; nothing twice."""
+        wiring = self.wiring
+        shown = {s.name for s in wiring.estimates}
+        names = ["time", *(f"x{k}" for k in range(self.states))]
+        names += [f"z{k}" for k, s in enumerate(wiring.memory) if s.name not in shown]
+        names += [f"yn{k}" for k in range(len(wiring.measured))]
+        names += [f"e{k}" for k in range(len(wiring.estimates))]
+        for k in range(len(wiring.driven)):
+            names += [f"c{k}", f"h{k}_0"]
+            names += [f"ua{k}"] if self.split else []
+            names += [f"ub{k}"] if self.whole_delay or self.split or self.bridged[k] else []
         names += [f"hit{k}" for k in range(len(self.end_stops))]
-        names += ["missed"] if self.missing else []
-        return {name: column for column, name in enumerate(names)}
+        return {name: row for row, name in enumerate(names)}
 
     def results(self) -> dict[str, int]:
         """Place of each number that is handed back at the end of a run: slot name → column."""

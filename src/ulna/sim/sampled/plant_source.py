@@ -90,7 +90,7 @@ def _write_step(w: LoopWriter, length: str, inputs: list[str]) -> None:
         return w.kernel(kernel, plant_names(at, u, d[stage], times[stage], p))
 
     def moved(step: str, slopes: list[str]) -> list[str]:
-        return [w.new(f"{a} + {step} * {b}") for a, b in zip(x, slopes, strict=True)]
+        return [w.new(f"fused({step}, {b}, {a})") for a, b in zip(x, slopes, strict=True)]
 
     k1 = rates(x, 0)
     k2 = rates(moved(half, k1), 1)

@@ -50,8 +50,8 @@ def run_sampled(
     _check_driven(loop, inputs)
     rows = _rows(times, settings, count)
     wiring = loop.layout.wiring
-    columns = loop.layout.columns()
-    record = np.zeros((count + 1, len(columns)))
+    columns = loop.columns
+    record = np.empty((len(columns), count + 1))
     results = np.zeros((1, len(loop.layout.results())))
     values = [parameters[p.name] for p in plant.parameters]
     last = loop.run(
@@ -74,7 +74,7 @@ def run_sampled(
     )
     ended = dict(zip(loop.layout.results(), results[0].tolist(), strict=True))
     outcome = OUTCOMES[int(ended["code"])]
-    record = record[: last + 1]
+    record = record[:, : last + 1]
     return _trajectory(plant, parameters, inputs, settings, loop, record, rows, outcome, ended)
 
 
@@ -110,11 +110,12 @@ def _trajectory(
     outcome: Outcome,
     ended: Mapping[str, float],
 ) -> Trajectory:
-    columns, n = loop.layout.columns(), loop.layout.states
-    times, states = record[:, columns["time"]], record[:, 1 : 1 + n]
+    columns, n = loop.columns, loop.layout.states
+    times, states = record[columns["time"]], record[1 : 1 + n].T
     rows = rows[rows < len(times)]
+    every = len(rows) == len(times)
     if outcome is Outcome.FINISHED:
-        kept_times, kept_states = times[rows], states[rows]
+        kept_times, kept_states = (times, states) if every else (times[rows], states[rows])
     else:
         # The first state outside the bound stands at the end, on no sample's row.
         final = np.array([ended[f"x{k}"] for k in range(n)])
@@ -137,27 +138,32 @@ def _trajectory(
 
 def _applied(settings: Sampled, loop: Loop, record: np.ndarray) -> dict[str, Input]:
     """What each driven input was held at; with a split period two values a period."""
-    columns, layout = loop.layout.columns(), loop.layout
-    times = record[:, columns["time"]]
+    columns, layout = loop.columns, loop.layout
+    times = record[columns["time"]]
     applied: dict[str, Input] = {}
     for k, signal in enumerate(layout.wiring.driven):
-        late = record[:, columns[f"ub{k}"]]
+        late = record[columns.get(f"ub{k}", columns[f"h{k}_0"])]
         if not layout.split:
-            applied[signal.name] = Held(times=times, values=np.nan_to_num(late))
+            applied[signal.name] = Held(times=times, values=_finite(late))
             continue
-        early = record[:, columns[f"ua{k}"]]
+        early = record[columns[f"ua{k}"]]
         spans = np.append(np.diff(times), settings.period)
         change = times + (settings.delay / settings.period - layout.whole_delay) * spans
         applied[signal.name] = Held(
             times=np.stack([times, change], axis=1).ravel(),
-            values=np.nan_to_num(np.stack([early, late], axis=1).ravel()),
+            values=_finite(np.stack([early, late], axis=1).ravel()),
         )
     return applied
 
 
+def _finite(values: np.ndarray) -> np.ndarray:
+    """The values with 0 for what is no number: the command at which a run ended."""
+    return values if np.isfinite(values).all() else np.nan_to_num(values, posinf=0.0, neginf=0.0)
+
+
 def _series(loop: Loop, record: np.ndarray, rows: np.ndarray, extra: int) -> dict[str, Series]:
     """Commands, limited commands, measured values, estimates and the controller's states by name."""
-    columns, wiring = loop.layout.columns(), loop.layout.wiring
+    columns, wiring = loop.columns, loop.layout.wiring
     groups = [
         ("command", "{}_command", "c{}", wiring.driven),
         ("limited command", "{}_limited", "h{}_0", wiring.driven),
@@ -169,8 +175,11 @@ def _series(loop: Loop, record: np.ndarray, rows: np.ndarray, extra: int) -> dic
     for role, label, slot, signals in groups:
         for k, signal in enumerate(signals):
             name = label.format(signal.name)
-            values = record[rows, columns[slot.format(k)]]
-            values = np.concatenate([values, values[-1:]] if extra else [values])
+            row = columns.get(slot.format(k))
+            if row is None:
+                continue
+            values = record[row] if len(rows) == record.shape[1] else record[row, rows]
+            values = np.append(values, values[-1]) if extra else values
             shown = Signal(name=name, unit=signal.unit, text=signal.text)
             if name not in found:
                 found[name] = Series(signal=shown, role=role, values=values)
@@ -185,22 +194,22 @@ def _events(
     outcome: Outcome,
     ended: Mapping[str, float],
 ) -> tuple[Event, ...]:
-    columns, layout = loop.layout.columns(), loop.layout
-    numbers = record[:, columns["time"]]
+    columns, layout = loop.columns, loop.layout
+    numbers = record[columns["time"]]
     found: list[Event] = []
     for k, signal in enumerate(layout.wiring.driven):
         if layout.saturated[k]:
-            beyond = record[:, columns[f"c{k}"]] != record[:, columns[f"h{k}_0"]]
+            beyond = record[columns[f"c{k}"]] != record[columns[f"h{k}_0"]]
             if layout.slewed[k]:
                 limits = settings.saturation
                 limit = limits.get(signal.name) if isinstance(limits, Mapping) else limits
-                command = record[:, columns[f"c{k}"]]
+                command = record[columns[f"c{k}"]]
                 beyond = (command > limit.upper) | (command < limit.lower) if limit else np.zeros(len(command), bool)
             entered, left = EventKind.SATURATION_ENTERED, EventKind.SATURATION_LEFT
             found += switched(numbers, beyond, signal.name, entered, left)
     for k, wall in enumerate(settings.end_stops):
         # The flag at a sample tells of the period before it.
-        hit = record[:, columns[f"hit{k}"]] == 1.0
+        hit = record[columns[f"hit{k}"]] == 1.0
         found += switched(numbers, hit, wall.position, EventKind.END_STOP_ENTERED, EventKind.END_STOP_LEFT)
     for k, output in enumerate(plant.outputs):
         if outcome is Outcome.FINISHED and ended[f"outside{k}"] == 0.0 and ended[f"settled{k}"] > 0.0:

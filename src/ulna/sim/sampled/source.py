@@ -13,6 +13,17 @@ import math
 
 import numba
 import numpy as np
+from numba.extending import intrinsic
+
+
+@intrinsic
+def fused(typing, a, b, c):
+    """a·b + c rounded once, written where it is meant, so that one run and many are rounded alike."""
+
+    def code(context, builder, signature, arguments):
+        return builder.fma(*arguments)
+
+    return numba.float64(numba.float64, numba.float64, numba.float64), code
 
 
 @numba.njit(error_model="numpy", cache=CACHE)
@@ -130,7 +141,7 @@ def _write_sample(w: LoopWriter, *, recording: bool) -> None:
     write_command(w)
     if recording:
         for name, column in layout.columns().items():
-            w.line(f"record[k, {column}] = {w.at(name)}")
+            w.line(f"record[{column}, k] = {w.at(name)}")
     with w.block("if k == count:"):
         w.line("break")
     write_period(w)

@@ -61,7 +61,7 @@ class Writer:
         return self.new(f"{whole} if abs({value}) < 2251799813685248.0 else {value}")
 
     def _sine(self, angle: str) -> str:
-        n = self.new(f"({angle} * 0.3183098861837907 + {ROUNDING}) - {ROUNDING}")
+        n = self.new(f"fused({angle}, 0.3183098861837907, {ROUNDING}) - {ROUNDING}")
         value = self._sine_near_zero(angle, n)
         return self.new(f"{value} if 2.0 * (({n} * 0.5 + {ROUNDING}) - {ROUNDING}) == {n} else -{value}")
 
@@ -78,15 +78,15 @@ class Writer:
         (sin r − r)/r³ in r² at Chebyshev's points; its two halves are computed side by side.
         Reference: W. J. Cody, W. Waite, "Software Manual for the Elementary Functions", 1980, chapter 8.
         """
-        r = self.new(f"({angle} - {turns} * 3.1415926534682512) - {turns} * 1.2154201013012384e-10")
+        r = self.new(f"fused({turns}, -1.2154201013012384e-10, fused({turns}, -3.1415926534682512, {angle}))")
         w = self.new(f"{r} * {r}")
         q = self.new(f"{w} * {w}")
         even = self.new(
-            f"-0.16666666666666666 + {q} * (-0.00019841269841254885 + {q} * (-2.5052107613933993e-08 + "
-            f"{q} * -7.643963964341869e-13))"
+            f"fused({q}, fused({q}, fused({q}, -7.643963964341869e-13, -2.5052107613933993e-08), "
+            "-0.00019841269841254885), -0.16666666666666666)"
         )
         odd = self.new(
-            f"0.008333333333333316 + {q} * (2.7557319219139174e-06 + {q} * (1.6058977114025027e-10 + "
-            f"{q} * 2.7313658477694193e-15))"
+            f"fused({q}, fused({q}, fused({q}, 2.7313658477694193e-15, 1.6058977114025027e-10), "
+            "2.7557319219139174e-06), 0.008333333333333316)"
         )
-        return self.new(f"{r} + ({r} * {w}) * ({even} + {w} * {odd})")
+        return self.new(f"fused({r} * {w}, fused({w}, {odd}, {even}), {r})")
