@@ -8,6 +8,7 @@ import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 from ulna.campaign.crew import Crew, Local
 from ulna.campaign.encoding import to_text
@@ -20,7 +21,6 @@ from ulna.campaign.result import CampaignResult
 from ulna.campaign.runs import columns
 from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
 from ulna.campaign.store import Folder, Manifest, Memory, begin_folder
-from ulna.design.compensator import ClosedLoop
 from ulna.sim import Continuous
 from ulna.sim.sampled import Sampled
 from ulna.system import System
@@ -29,6 +29,21 @@ CONTINUOUS = Continuous()
 
 PART = 10_000
 """Runs of a part, unless asked otherwise: seconds of work, a megabyte of results."""
+
+
+@runtime_checkable
+class Loop(Protocol):
+    """A plant and what was made of it with a controller: `ulna.design.ClosedLoop`."""
+
+    @property
+    def plant(self) -> System:
+        """What is controlled."""
+        ...
+
+    @property
+    def system(self) -> System:
+        """The whole loop."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +67,7 @@ class Progress:
 
 
 def campaign(
-    loop: ClosedLoop | System,
+    loop: Loop | System,
     plan: Grid | LatinHypercube | Sobol | Random | Saltelli,
     measures: Measures | None = None,
     *,
@@ -74,7 +89,7 @@ def campaign(
     Args:
         loop: with `Continuous` a closed loop (or any system), with `Sampled` the plant.
         plan: what varies: initial states, parameters, constant inputs and references, by name.
-        measures: what is kept; of a `ClosedLoop` by default how the plant's outputs settle and its inputs' peaks.
+        measures: what is kept; of a `Loop` by default how the plant's outputs settle and the peaks of its inputs.
         horizon: length of each run, s.
         time: how time passes.
         initial: SI values of states that do not vary; others start at 0.
@@ -95,7 +110,7 @@ def campaign(
     """
     if part < 1:
         raise CampaignError(f"campaign(part={part})", "a part has at least one run.")
-    system = loop.system if isinstance(loop, ClosedLoop) else loop
+    system = loop.system if isinstance(loop, Loop) else loop
     experiment = Experiment(
         system=system,
         horizon=float(horizon),
@@ -142,8 +157,8 @@ def _work(store: Folder | Memory, crew: Crew, progress: Callable[[Progress], Non
         tell()
 
 
-def _measures(loop: ClosedLoop | System) -> Measures:
-    if not isinstance(loop, ClosedLoop):
+def _measures(loop: Loop | System) -> Measures:
+    if not isinstance(loop, Loop):
         return Measures()
     shown = {s.name for s in loop.system.outputs}
     return Measures(

@@ -7,8 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from scipy import stats
-from scipy.special import ndtr, ndtri
 
 from ulna.campaign.errors import CampaignError
 
@@ -111,11 +109,15 @@ class Normal:
 
     def quantile(self, probability: np.ndarray) -> np.ndarray:
         """Mean + std Φ⁻¹(p), p between the chances of the limits."""
+        from scipy.special import ndtri
+
         first, last = self._chances()
         values = self.mean + self.std * ndtri(first + probability * (last - first))
         return np.clip(values, self.low, self.high)
 
     def _chances(self) -> tuple[float, float]:
+        from scipy.special import ndtr
+
         return float(ndtr((self.low - self.mean) / self.std)), float(ndtr((self.high - self.mean) / self.std))
 
 
@@ -158,6 +160,8 @@ class FromScipy:
     _frozen: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        from scipy import stats  # half a second: only where one of its distributions is used
+
         family: Any = getattr(stats, self.name, None)
         if not isinstance(family, stats.rv_continuous):
             raise CampaignError(f"distribution '{self.name}'", "scipy.stats has no continuous one of this name.")
@@ -191,7 +195,7 @@ def distribution(given: Any) -> Distribution:
         return given
     family: Any = getattr(given, "dist", None)
     arguments = getattr(given, "args", ())
-    if isinstance(family, stats.rv_continuous):
+    if family is not None and hasattr(family, "ppf") and hasattr(family, "pdf"):
         keywords = tuple((key, float(value)) for key, value in getattr(given, "kwds", {}).items())
         return FromScipy(name=family.name, arguments=tuple(float(a) for a in arguments), keywords=keywords)
     raise CampaignError(

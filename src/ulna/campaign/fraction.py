@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binomtest
 
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.result import CampaignResult
@@ -42,12 +41,16 @@ class Fraction:
 
 def wilson(successes: int, trials: int, confidence: float) -> tuple[float, float]:
     """Wilson's score interval: close to the confidence asked for on average (J. Am. Stat. Assoc. 22, 1927)."""
+    from scipy.stats import binomtest
+
     found = binomtest(successes, trials).proportion_ci(confidence, method="wilson")
     return float(found.low), float(found.high)
 
 
 def clopper_pearson(successes: int, trials: int, confidence: float) -> tuple[float, float]:
     """The exact interval: never less than the confidence asked for (Biometrika 26, 1934)."""
+    from scipy.stats import binomtest
+
     found = binomtest(successes, trials).proportion_ci(confidence, method="exact")
     return float(found.low), float(found.high)
 

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
-from scipy.io import netcdf_file
 
 from ulna.campaign.encoding import from_text
 from ulna.campaign.errors import CampaignError
@@ -74,6 +73,8 @@ def check_versions(expected: Mapping[str, str], where: str) -> None:
 
 def packed(layout: tuple[Column, ...], values: Mapping[str, np.ndarray], first: int) -> bytes:
     """The columns as a netCDF file, the same bytes for the same values."""
+    from scipy.io import netcdf_file
+
     buffer = io.BytesIO()
     # Closing would throw the buffer away before it can be read.
     file = netcdf_file(buffer, "w", version=2)
@@ -92,6 +93,8 @@ def packed(layout: tuple[Column, ...], values: Mapping[str, np.ndarray], first: 
 
 def unpacked(data: bytes, label_of_column: str) -> np.ndarray:
     """One column of such a file, in the machine's own byte order."""
+    from scipy.io import netcdf_file
+
     with netcdf_file(io.BytesIO(data), "r", mmap=False) as file:
         values = file.variables[label_of_column].data
         return values.astype(values.dtype.newbyteorder("="))

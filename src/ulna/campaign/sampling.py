@@ -8,7 +8,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.stats import qmc
 
 from ulna.campaign.distributions import Distribution
 from ulna.campaign.errors import CampaignError
@@ -218,11 +217,15 @@ def _placed(vary: Mapping[str, Distribution], points: np.ndarray) -> dict[str, n
 
 @lru_cache(maxsize=2)
 def _hypercube(width: int, runs: int, seed: int) -> np.ndarray:
+    from scipy.stats import qmc
+
     points = qmc.LatinHypercube(width, rng=np.random.default_rng(seed)).random(runs)
     return np.clip(points, _HALF, 1.0 - _HALF)
 
 
 def _sobol(width: int, seed: int, first: int, last: int) -> np.ndarray:
+    from scipy.stats import qmc
+
     if width > qmc.Sobol.MAXDIM:
         raise CampaignError("Sobol points", f"{width} dimensions, {qmc.Sobol.MAXDIM} are known.", "Use Random.")
     if last > 2**SOBOL_BITS:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import sobol_indices
 
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.result import CampaignResult
@@ -43,6 +42,8 @@ def sensitivity(result: CampaignResult, figure: str, *, confidence: float = 0.95
     Reference:
         A. Saltelli et al., Computer Physics Communications 181 (2010) 259–270.
     """
+    from scipy.stats import sobol_indices
+
     plan = result.experiment.plan
     if not isinstance(plan, Saltelli):
         raise CampaignError(

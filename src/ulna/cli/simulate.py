@@ -45,7 +45,7 @@ def simulate(
         start = _initial(system, loop, initial, observer_initial)
         trajectory = run(loop, start, np.linspace(0.0, time, samples), inputs=_inputs(loop, held or []), throw=False)
     if out is not None:
-        _write(trajectory, out)
+        write_trajectory(trajectory, out)
     if plot is not None:
         _plot(trajectory, plot)
     if as_json:
@@ -96,7 +96,12 @@ def _inputs(loop: System, held: list[str]) -> dict[str, float]:
     return values
 
 
-def _write(trajectory: Trajectory, path: Path) -> None:
+def write_trajectory(trajectory: Trajectory, path: Path) -> None:
+    """Write a run in the format that the ending names.
+
+    Raises:
+        SimulationError: another ending, or a place that cannot be written.
+    """
     if path.suffix == ".csv":
         try:
             trajectory.to_pandas().to_csv(path)

@@ -1,0 +1,154 @@
+"""Plans: run k is a pure function of plan and k; the points are what the plan's name says."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+from scipy.stats import qmc
+
+from ulna.campaign import (
+    CampaignError,
+    Choice,
+    LatinHypercube,
+    LogUniform,
+    Normal,
+    Random,
+    Saltelli,
+    Sobol,
+    Uniform,
+    distribution,
+    grid,
+)
+from ulna.campaign.plan import seeds
+
+VARY = {"a": Uniform(low=-1, high=2), "b": Normal(mean=5, std=2, low=1, high=9), "c": LogUniform(low=1, high=100)}
+FIVE = VARY | {"d": Choice(values=(1.0, 2.0, 5.0)), "e": stats.gamma(2.0)}
+PLANS = {
+    "random": Random(vary=FIVE, runs=300, seed=7),
+    "latin": LatinHypercube(vary=FIVE, runs=300, seed=7),
+    "sobol": Sobol(vary=FIVE, runs=300, seed=7),
+    "saltelli": Saltelli(vary=FIVE, base=32, seed=7),
+    "grid": grid({"a": np.linspace(0, 1, 7), "b": [1, 5, 2], "c": range(10)}, seed=7),
+}
+
+
+@pytest.mark.parametrize("name", PLANS)
+@given(cuts=st.lists(st.integers(1, 199), max_size=6))
+def test_the_values_of_a_run_do_not_depend_on_how_the_runs_are_cut(name: str, cuts: list[int]) -> None:
+    plan = PLANS[name]
+    whole = plan.values(0, 200)
+    edges = sorted({0, 200, *cuts})
+    parts = [plan.values(first, last) for first, last in pairwise(edges)]
+    assert all(np.array_equal(np.concatenate([part[key] for part in parts]), whole[key]) for key in plan.names)
+    noise = np.concatenate([seeds(plan, first, last) for first, last in pairwise(edges)])
+    assert np.array_equal(noise, seeds(plan, 0, 200))
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_every_value_lies_in_the_support_it_announces(name: str) -> None:
+    plan = PLANS[name]
+    for key, values in plan.values(0, plan.count).items():
+        low, high = plan.support(key)
+        assert values.shape == (plan.count,)
+        assert low <= values.min() <= values.max() <= high
+
+
+@pytest.mark.parametrize("plan", [Random, LatinHypercube, Sobol])
+def test_another_seed_gives_other_runs_and_the_same_seed_the_same(plan: type) -> None:
+    one, same, other = (plan(vary=VARY, runs=64, seed=s) for s in (1, 1, 2))
+    assert np.array_equal(one.values(0, 64)["a"], same.values(0, 64)["a"])
+    assert not np.array_equal(one.values(0, 64)["a"], other.values(0, 64)["a"])
+    assert not np.array_equal(seeds(one, 0, 64), seeds(other, 0, 64))
+
+
+def test_random_draws_follow_their_distributions_and_are_independent() -> None:
+    runs = 20_000
+    values = Random(vary=VARY, runs=runs, seed=3).values(0, runs)
+    truth = {
+        "a": stats.uniform(-1, 3),
+        "b": stats.truncnorm(-2, 2, loc=5, scale=2),
+        "c": stats.loguniform(1, 100),
+    }
+    assert all(stats.kstest(values[name], law.cdf).pvalue > 0.01 for name, law in truth.items())
+    ranks = stats.spearmanr(np.stack(list(values.values()), axis=1)).statistic
+    assert np.abs(ranks - np.eye(3)).max() < 4 / math.sqrt(runs)
+
+
+def test_a_latin_hypercube_meets_every_stratum_of_every_quantity_once() -> None:
+    plan = LatinHypercube(vary={"a": Uniform(low=0, high=1), "b": Uniform(low=0, high=1)}, runs=500, seed=2)
+    for values in plan.values(0, 500).values():
+        assert sorted((values * 500).astype(int)) == list(range(500))
+
+
+def test_sobol_points_are_scipys() -> None:
+    plan = Sobol(vary={"a": Uniform(low=0, high=1), "b": Uniform(low=0, high=1)}, runs=64, seed=5)
+    expected = qmc.Sobol(2, rng=np.random.default_rng(5)).random_base2(6)
+    assert np.abs(np.stack(list(plan.values(0, 64).values()), axis=1) - expected).max() <= 2.0**-30
+
+
+def test_a_saltelli_plan_changes_one_column_at_a_time() -> None:
+    plan = Saltelli(vary=VARY, base=16, seed=4)
+    blocks = np.stack(list(plan.values(0, plan.count).values()), axis=1).reshape(5, 16, 3)
+    first, second = blocks[0], blocks[1]
+    for column in range(3):
+        expected = first.copy()
+        expected[:, column] = second[:, column]
+        assert np.array_equal(blocks[2 + column], expected)
+    assert not np.any(first == second)
+
+
+def test_a_grid_holds_every_combination_once() -> None:
+    plan = grid({"a": [1, 2, 3], "b": [10, 20]})
+    values = plan.values(0, 6)
+    assert list(zip(values["a"], values["b"], strict=True)) == [(a, b) for a in (1, 2, 3) for b in (10, 20)]
+
+
+def test_no_two_runs_share_a_seed() -> None:
+    plan = PLANS["random"]
+    assert len(np.unique(seeds(plan, 0, 100_000))) == 100_000
+
+
+@given(st.floats(1e-9, 1 - 1e-9))
+def test_quantile_functions_invert_scipys_distribution_functions(p: float) -> None:
+    pairs = (
+        (Normal(mean=1, std=3), stats.norm(1, 3)),
+        (Normal(mean=0, std=1, low=-0.5), stats.truncnorm(-0.5, math.inf)),
+        (LogUniform(low=0.1, high=7), stats.loguniform(0.1, 7)),
+        (distribution(stats.weibull_min(1.5, scale=2)), stats.weibull_min(1.5, scale=2)),
+    )
+    for ours, theirs in pairs:
+        assert theirs.cdf(ours.quantile(np.array([p]))[0]) == pytest.approx(p, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("make", "reason"),
+    [
+        (lambda: Random(vary=VARY, runs=0), "at least one"),
+        (lambda: LatinHypercube(vary=VARY, runs=-5), "at least one"),
+        (lambda: Sobol(vary={}, runs=5), "nothing is varied"),
+        (lambda: Saltelli(vary=VARY, base=100), "power of two"),
+        (lambda: Random(vary={"a": 3.0}, runs=5), "a float is none"),
+        (lambda: Random(vary={"a": stats.poisson(3)}, runs=5), "is none"),
+        (lambda: Random(vary=VARY, runs=5, seed=-1), "seed"),
+        (lambda: Uniform(low=2, high=1), "wrong way round"),
+        (lambda: Uniform(low=0, high=math.inf), "finite"),
+        (lambda: LogUniform(low=0, high=1), "positive low"),
+        (lambda: Normal(mean=0, std=0), "must be positive"),
+        (lambda: Normal(mean=0, std=1, low=2, high=1), "wrong way round"),
+        (lambda: Normal(mean=0, std=1, low=50), "hardly ever"),
+        (lambda: Choice(values=()), "at least one value"),
+        (lambda: grid({}), "no axis"),
+        (lambda: grid({"a": []}), "at least one value"),
+        (lambda: grid({"a": [1, 1]}), "stands twice"),
+        (lambda: distribution(stats.gamma(-1.0)), "do not fit|out of range"),
+    ],
+)
+def test_a_plan_that_makes_no_sense_is_one_clear_error(make, reason: str) -> None:
+    with pytest.raises(CampaignError, match=reason):
+        make()

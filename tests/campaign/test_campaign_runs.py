@@ -1,0 +1,180 @@
+"""Campaigns in memory: figures against closed forms, and the same bits however the work is cut."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from campaign_loops import PLANT, RUNAWAY, SAMPLED, SPRING
+
+from ulna.campaign import (
+    CampaignError,
+    CampaignResult,
+    LatinHypercube,
+    Local,
+    Measures,
+    Normal,
+    Random,
+    Uniform,
+    campaign,
+    grid,
+    replay,
+)
+from ulna.campaign.encoding import from_text, to_text
+from ulna.sim import Continuous, Sampled, metrics, simulate
+
+SPREAD = Random(vary={"x": Uniform(low=-1, high=1), "k": Uniform(low=1, high=9), "r": Uniform(low=-1, high=1)}, runs=70)
+SPRINGS = Measures(outputs=("y",), targets={"y": "r"}, effort=("u",))
+MASSES = Random(
+    vary={"x": Uniform(low=-1, high=1), "m": Normal(mean=1, std=0.2, low=0.5), "goal": Uniform(low=-1, high=1)}, runs=70
+)
+
+
+def springs(**how) -> CampaignResult:
+    return campaign(SPRING, SPREAD, SPRINGS, horizon=6.0, **how)
+
+
+def masses(**how) -> CampaignResult:
+    measures = Measures(outputs=("x",), targets={"x": "goal"})
+    return campaign(PLANT, MASSES, measures, horizon=2.0, time=SAMPLED, **how)
+
+
+@pytest.mark.parametrize("make", [springs, masses])
+@pytest.mark.parametrize(("part", "threads"), [(1, 1), (7, 2), (64, 1), (1000, 2)])
+def test_the_size_of_parts_and_the_number_of_threads_change_no_bit(make, part: int, threads: int) -> None:
+    whole, cut = make(), make(part=part, crew=Local(threads=threads))
+    for column in whole.columns:
+        assert whole[column.name].tobytes() == cut[column.name].tobytes(), column.name
+
+
+@pytest.mark.parametrize("make", [springs, masses])
+def test_a_replayed_run_is_the_stored_one_bit_for_bit(make) -> None:
+    result = make(part=16)
+    for number in (0, 15, 16, 69):
+        again = replay(result, number)
+        assert again.identical, again.differing
+        varied = {name: again.stored[name] for name in result.varied if name in again.trajectory.parameters}
+        assert varied.items() <= again.trajectory.parameters.items()
+
+
+def test_figures_are_those_of_single_simulations() -> None:
+    result = springs()
+    for number in range(0, 70, 9):
+        run = result.run(number)
+        path = simulate(
+            SPRING, [run["x"], 0.0], np.linspace(0, 6, 501), parameters={"k": run["k"]}, inputs={"r": run["r"]}
+        )
+        expected = metrics(path, targets={"y": run["r"]}, effort=("u",))
+        assert run["settling_time_y"] == pytest.approx(expected.outputs["y"].settling_time, abs=1e-8)
+        assert run["overshoot_y"] == pytest.approx(expected.outputs["y"].overshoot, abs=1e-8)
+        assert run["peak_u"] == pytest.approx(expected.inputs["u"].peak, abs=1e-10)
+        assert run["settled"] == math.isfinite(run["settling_time_y"])
+        assert [run["final_x"], run["final_v"]] == pytest.approx(path.final_state, abs=1e-11)
+
+
+def test_the_path_of_a_sampled_run_ends_where_the_stored_run_ended() -> None:
+    result = masses()
+    again = replay(result, 11)
+    assert list(again.trajectory.final_state) == [again.stored["final_x"], again.stored["final_v"]]
+
+
+def test_the_noise_of_each_run_is_its_own() -> None:
+    result = campaign(PLANT, grid({"m": [1.0, 1.0 + 1e-15]}), horizon=2.0, time=SAMPLED, initial={"x": 1.0})
+    assert abs(np.diff(result["final_v"])[0]) > 1e-6
+
+
+def test_runs_that_blow_up_are_results_with_the_exact_time() -> None:
+    result = campaign(RUNAWAY, grid({"x": [0.5, 1.5, 2.0, -1.0], "c": [1.0, 0.0]}), horizon=5.0)
+    assert result["outcome"].tolist() == [0, 0, 1, 0, 1, 0, 0, 0]
+    assert result["settled"][[1, 2, 4]].tolist() == [1, 0, 0]
+    assert result["end_time"][[2, 4]] == pytest.approx([math.log(3), math.log(2)], abs=1e-9)
+    assert result["final_x"][1] == pytest.approx(0.5 * math.exp(-5), rel=1e-10)
+
+
+def test_an_output_that_starts_on_its_target_settles_where_it_comes_back() -> None:
+    result = campaign(SPRING, grid({"v": [1.0], "d": [2.0, 0.0]}), Measures(outputs=("y",)), horizon=6.0)
+    assert result["settled"].tolist() == [1, 0]
+
+
+def test_results_are_labelled_with_units_and_values_load_when_used() -> None:
+    data = springs(part=16).to_xarray()
+    assert data["final_v"].attrs["units"] == "m/s"
+    assert data["k"].attrs["units"] == "SI of 1/s^2"
+    assert set(data.coords) == {"run", "x", "k", "r"}
+    assert not data["final_v"].variable._in_memory
+    whole = data["final_v"].values
+    for key in (slice(3, 60, 7), slice(None, None, -1), slice(50, 10, -4), 5, [1, 33, 2]):
+        assert np.array_equal(springs(part=16).to_xarray()["final_v"][key].values, whole[key])
+
+
+def test_tables_and_files_hold_the_same_numbers(tmp_path) -> None:
+    import pandas as pd
+    import xarray as xr
+
+    result = springs(part=16)
+    frame = result.to_pandas()
+    read = pd.read_csv(result.to_csv(tmp_path / "runs.csv"), index_col="run")
+    pd.testing.assert_frame_equal(read.astype(float), frame.astype(float))
+    with xr.open_dataset(result.to_netcdf(tmp_path / "runs.nc"), engine="scipy") as stored:
+        assert np.array_equal(stored["peak_u"].values, result["peak_u"])
+        assert "settings" in stored.attrs
+
+
+@pytest.mark.parametrize("make", [springs, masses])
+def test_settings_read_back_as_they_were_written(make) -> None:
+    text = make().store.manifest.settings
+    assert to_text(from_text(text)) == text
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "[1", '{"type":"os.system"}', '{"type":"Experiment"}', '{"type":"formula","text":"__import__(1)"}', "3"],
+)
+def test_settings_that_are_none_are_refused(text: str) -> None:
+    from ulna.campaign.part import experiment_of
+
+    with pytest.raises(CampaignError, match="settings of a campaign"):
+        experiment_of(text)
+
+
+def plan_of(**vary) -> LatinHypercube:
+    return LatinHypercube(vary=vary, runs=4)
+
+
+ONE = Uniform(low=1, high=2)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ({"plan": plan_of(kk=ONE)}, "Did you mean k"),
+        ({"plan": plan_of(k=Uniform(low=0.5, high=2))}, r"reach from 0.5 to 2, its range is \[1, 9\]"),
+        ({"plan": plan_of(k=Normal(mean=4, std=1))}, r"reach from -inf to inf"),
+        ({"plan": plan_of(u=ONE)}, "no initial state or parameter"),
+        ({"horizon": 0.0}, "positive time"),
+        ({"horizon": math.nan}, "positive time"),
+        ({"part": 0}, "at least one run"),
+        ({"initial": {"y": 1.0}}, "no initial state"),
+        ({"initial": {"x": math.nan}}, "finite"),
+        ({"parameters": {"k": 20.0}}, "its range"),
+        ({"parameters": {"z": 1.0}}, "no parameter"),
+        ({"inputs": {"q": 1.0}}, "no constant input"),
+        ({"measures": Measures(outputs=("x",))}, "no output"),
+        ({"measures": Measures(targets={"y": "goal"})}, "target 'goal'"),
+        ({"time": Sampled(controller=SAMPLED.controller, period=9.0)}, "longer than the run"),
+    ],
+)
+def test_a_campaign_that_makes_no_sense_is_one_clear_error(arguments: dict, reason: str) -> None:
+    given = {"plan": plan_of(k=ONE), "horizon": 1.0, "measures": None, "time": Continuous()} | arguments
+    with pytest.raises(CampaignError, match=reason):
+        campaign(SPRING, given.pop("plan"), given.pop("measures"), **given)
+
+
+def test_parameters_without_a_value_are_named() -> None:
+    from ulna.system import system_from_mapping
+
+    open_loop = system_from_mapping({"states": {"x": "-a*x"}, "parameters": {"a": {}}})
+    with pytest.raises(CampaignError, match="parameters without a value: a"):
+        campaign(open_loop, plan_of(x=ONE), horizon=1.0)
+    assert campaign(open_loop, plan_of(a=ONE), horizon=1.0).runs == 4
