@@ -14,6 +14,7 @@ import pytest
 
 from ulna.base import PlantError
 from ulna.models import (
+    TorqueMargin,
     arm_with_drive,
     hold,
     measured_forearm,
@@ -87,7 +88,9 @@ def test_a_load_too_heavy_is_refused_with_the_torque_margin() -> None:
     with pytest.raises(PlantError, match=r"takes 1\.044 N m, the drive gives 0\.7692 N m \(-26%\)") as refusal:
         arm_with_drive(preset_from_mapping("heavy", heavy))
     assert "voltage over resistance" in str(refusal.value)
-    assert not refusal.value.value.lifts
+    margin = refusal.value.value
+    assert isinstance(margin, TorqueMargin)
+    assert not margin.lifts
 
 
 def test_the_margin_names_what_limits_it() -> None:

@@ -16,6 +16,8 @@ BatchFunction = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 
 def batch_vector(name: str, expressions: Sequence[sp.Expr], symbols: Sequence[sp.Symbol]) -> BatchFunction:
     """(P, r) values of r expressions as a function of (P,) arrays by symbol name."""
+    if not expressions:
+        return lambda values: np.zeros((max(np.size(v) for v in values.values()), 0))
     outputs = {f"e{k}": e for k, e in enumerate(expressions)}
     evaluate = to_numpy(kernel(name, list(symbols), outputs))
     names = [s.name for s in symbols]

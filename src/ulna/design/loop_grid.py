@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -78,7 +79,7 @@ def loop_grid(
         DesignError: for an unknown name or a parameter without value.
     """
     values = grid_values(loop, over)
-    size = next(iter(values.values())).shape[0]
+    size = math.prod(np.size(v) for v in over.values())
     states = [s.name for s in loop.states]
     start = np.zeros((size, len(states)))
     for name, given in (guess or {}).items():

@@ -125,7 +125,7 @@ def _slow_system(system: System, rates: Mapping[sp.Symbol, sp.Expr], manifold: M
 
 
 def _condition(
-    system: System, slow: System, boundary: sp.Matrix, fast: Sequence[sp.Symbol], period: float | None
+    system: System, slow: System, boundary: sp.ImmutableDenseMatrix, fast: Sequence[sp.Symbol], period: float | None
 ) -> tuple[tuple[float, ...], Verdict]:
     names = ", ".join(s.name for s in fast)
     claim = f"{names} of '{system.name}' settle{'s' * (len(fast) == 1)} " + (

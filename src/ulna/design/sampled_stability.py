@@ -105,12 +105,8 @@ def sampling_advice(
     known = {n: v for n, v in points.items() if n not in names}
     guess = {n: v[0] for n, v in points.items() if n in names}
     loop = close_loop(plant, controller).system
-    over = known or {next(iter([*(s.name for s in loop.inputs), *(p.name for p in loop.parameters)])): [0.0]}
-    if not known and not loop.inputs:
-        first = loop.parameters[0]
-        over = {first.name: [float(first.si_value or 0)]}
-    grid = sampled_grid(plant, controller, over, period=period, delay=delay, guess=guess)
-    continuous = loop_grid(loop, over, guess=guess)
+    grid = sampled_grid(plant, controller, known, period=period, delay=delay, guess=guess)
+    continuous = loop_grid(loop, known, guess=guess)
     row = grid.eigenvalues[0]
     worst = row[int(np.argmax(row.real))]
     fastest = _fastest(plant, continuous)
