@@ -59,7 +59,7 @@ def _angle_with(plant: Plant, bench: Bench, key: str, task: Task) -> tuple[np.nd
         task.load,
         task.push,
         trial.encoder_noise(bench, task, draws),
-        trial.hardware_of(bench),
+        trial.hardware_of(bench, draws),
         record,
     )
     return own, record[0, 0]

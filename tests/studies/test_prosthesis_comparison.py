@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.integrate import solve_ivp
 
 from ulna.base import DesignError, PlantError, SimulationError
 from ulna.models.presets import preset, preset_from_mapping
@@ -16,7 +17,14 @@ from ulna.models.thermal import steady_rise
 from ulna.sim.references import minimum_jerk
 from ulna.studies.prosthesis.baselines import pid
 from ulna.studies.prosthesis.compare import Comparison, compare, plain_results
-from ulna.studies.prosthesis.designs import coefficients, design_plant, gain_numbers, load_robust, state_law
+from ulna.studies.prosthesis.designs import (
+    coefficients,
+    design_plant,
+    gain_numbers,
+    load_robust,
+    reduced_compensator,
+    state_law,
+)
 from ulna.studies.prosthesis.field import contenders, tuned_numbers
 from ulna.studies.prosthesis.measures import UNITS, measures
 from ulna.studies.prosthesis.plant import Bench, Draws, bench_of, draws_of
@@ -105,10 +113,15 @@ def test_the_nominal_plant_at_rest_is_held_with_the_current_known_by_hand(name: 
     assert -still == pytest.approx(hold(bench.preset).current, rel=0.02)
 
 
-def test_the_load_robust_contender_forgets_the_load_and_the_reduced_one_does_not(found: Comparison) -> None:
-    robust, reduced = (found.entries[key, "pick_up"] for key in ("load_robust", "reduced"))
-    assert robust.measured["steady_error"].max() < 0.2
-    assert reduced.measured["steady_error"].max() > 1.0
+def test_the_load_robust_contender_forgets_the_load_and_the_reduced_one_does_not(elbow: Bench) -> None:
+    """With the same poles; the offset of the reduced one is where its spring balances the weight it does not know."""
+    chosen, task, draws = {"law_pole": 20.0, "observer_pole": 100.0}, _task(elbow, "pick_up"), draws_of(elbow, 6)
+    robust, reduced = (
+        measures(elbow, task, run_trial(elbow, contender, chosen, task, draws))["steady_error"]
+        for contender in (load_robust(full=False), reduced_compensator())
+    )
+    assert robust.max() < 0.2
+    assert reduced.min() > 1.0
 
 
 def test_a_common_controller_can_win(found: Comparison) -> None:
@@ -201,10 +214,23 @@ def test_energy_power_and_heat_of_a_constant_current(elbow: Bench) -> None:
     without_copper = replace(heating, copper=sp.Integer(0))
     final = steady_rise(without_copper, elbow.value("Ra"), 1.5)
     assert 0 < found["warming"][0] < final
-    # At first all heat stays in the winding: P t / C.
-    short = replace(task, reference=task.reference[:, :101], load=task.load[:101], push=task.push[:101])
-    first = measures(elbow, short, _runs(still[:, :101], still[:, :101] + 1.5, still[:, :101]))["warming"][0]
-    assert first == pytest.approx(elbow.value("Ra") * 1.5**2 * 0.1 / float(heating.winding_capacity), rel=0.01)
+    r_wh, r_ha, c_w, c_h = (
+        float(v)
+        for v in (
+            heating.winding_to_housing,
+            heating.housing_to_ambient,
+            heating.winding_capacity,
+            heating.housing_capacity,
+        )
+    )
+    loss = elbow.value("Ra") * 1.5**2
+
+    def flow(_time: float, rise: np.ndarray) -> list[float]:
+        across = (rise[0] - rise[1]) / r_wh
+        return [(loss - across) / c_w, (across - rise[1] / r_ha) / c_h]
+
+    solved = solve_ivp(flow, (0.0, 10.0), [0.0, 0.0], rtol=1e-10, atol=1e-12)
+    assert found["warming"][0] == pytest.approx(solved.y[0, -1], rel=1e-6)
 
 
 def test_the_ripple_hears_eight_hertz_and_not_one(elbow: Bench) -> None:

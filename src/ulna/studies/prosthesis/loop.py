@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, no_type_check
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from ulna.symbolic.kernel import Kernel
 from ulna.symbolic.lowering.python_source import to_python_source
 
 
+# Compiled by Numba, which cannot read what run-time type checks put around a function.
+@no_type_check
 def run_block(  # noqa: PLR0912, PLR0915 (one period of one run, in the order in which it happens)
     plant: Any,
     control: Any,
@@ -47,18 +49,18 @@ def run_block(  # noqa: PLR0912, PLR0915 (one period of one run, in the order in
         period: s. steps: of the plant a period.
         starts: (D, n) plant states. memory: (m,) of the controller. voltages: (D,) on the motor at first.
         plant_numbers: (D, P). control_numbers: (Q,). reference: (4, N). load, push: (N,). noise: (D, N) rad.
-        hardware: encoder step, voltage limit, cell voltage, cell resistance, current limit, Ra, N kb, lower wall, upper
-            wall; infinite where there is none.
+        hardware: (D, 9) encoder step, voltage limit, cell voltage, cell resistance, current limit, Ra, N kb, lower
+            wall, upper wall; infinite where there is none.
         record: (4, D, N) angle, current, voltage on the motor, whether the command was limited.
     """
     n, m = starts.shape[1], memory.shape[0]
-    step, limit, cell, inner, peak, ohms, emf, low, high = hardware
     x, x_at, z, z_at = np.empty(n), np.empty(n), np.empty(m), np.empty(m)
     k1, k2, k3, k4 = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     r1, r2, r3, r4 = np.empty(m + 1), np.empty(m + 1), np.empty(m + 1), np.empty(m + 1)
     seen, driven = np.empty(8), np.empty(3)
     h = period / steps
     for d in range(starts.shape[0]):
+        step, limit, cell, inner, peak, ohms, emf, low, high = hardware[d]
         x[:] = starts[d]
         z[:] = memory
         command = voltages[d]
@@ -155,7 +157,7 @@ def compiled_loop(plant: Callable[..., None]) -> Callable[..., None]:
     function = numba.types.FunctionType(_signature(numba))
     real, row, table = numba.float64, numba.float64[::1], numba.float64[:, ::1]
     arguments = (numba.typeof(plant), function, real, numba.int64, table, row, row, table, row, table, row, row, table)
-    signature = numba.void(*arguments, row, numba.float64[:, :, ::1])
+    signature = numba.void(*arguments, table, numba.float64[:, :, ::1])
     return numba.njit(signature, error_model="numpy", nogil=True)(run_block)
 
 

@@ -65,7 +65,7 @@ def run_trial(
         task.load,
         task.push,
         encoder_noise(bench, task, draws),
-        hardware_of(bench),
+        hardware_of(bench, draws),
         record,
     )
     return Runs(angle=record[0], current=record[1], voltage=record[2], limited=record[3])
@@ -99,20 +99,12 @@ def encoder_noise(bench: Bench, task: Task, draws: Draws) -> np.ndarray:
     return NOISE * bench.step * generator.standard_normal((draws.count, task.count + 1))
 
 
-def hardware_of(bench: Bench) -> np.ndarray:
-    """The row that the loop wants; see `run_block`."""
-    return np.array(
-        [
-            bench.step,
-            bench.voltage,
-            bench.cell,
-            bench.cell_resistance,
-            bench.current,
-            bench.value("Ra"),
-            bench.value("N") * bench.value("kb"),
-            *bench.walls,
-        ]
-    )
+def hardware_of(bench: Bench, draws: Draws) -> np.ndarray:
+    """(D, 9) the rows that the loop wants; see `run_block`. The amplifier measures current: it knows each winding."""
+    ohms = draws.parameters[:, [p.name for p in bench.plant.parameters].index("Ra")]
+    before = (bench.step, bench.voltage, bench.cell, bench.cell_resistance, bench.current)
+    after = (bench.value("N") * bench.value("kb"), *bench.walls)
+    return np.array([[*before, each, *after] for each in ohms])
 
 
 def starts_at_rest(bench: Bench, task: Task, draws: Draws) -> tuple[np.ndarray, np.ndarray]:
