@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from sympy import Abs, Expr, ImmutableDenseMatrix, Integer, Pow, cancel, log, sign, together
+from sympy import Abs, Add, Expr, ImmutableDenseMatrix, Integer, Pow, cancel, log, sign, together
 from sympy.functions.elementary.hyperbolic import InverseHyperbolicFunction
 from sympy.functions.elementary.trigonometric import InverseTrigonometricFunction
 from sympy.matrices import MatrixBase
@@ -178,10 +178,22 @@ def _null_space_as_written(matrix: MatrixBase) -> tuple[ImmutableDenseMatrix, ..
         entries: list[Expr] = [Integer(0)] * n
         shared = sorted({*pivots, free})
         for position, column in enumerate(shared):
-            minor = matrix.extract(list(range(matrix.rows)), [c for c in shared if c != column]).det(method="laplace")
+            minor = _determinant([list(matrix.row(i)) for i in range(matrix.rows)], [c for c in shared if c != column])
             entries[column] = -minor if position % 2 else minor
         columns.append(ImmutableDenseMatrix(n, 1, entries))
     return tuple(columns)
+
+
+def _determinant(rows: Sequence[Sequence[Expr]], columns: Sequence[int]) -> Expr:
+    """Laplace expansion without a single simplification, along the first row."""
+    if not rows:
+        return Integer(1)
+    terms = []
+    for position, column in enumerate(columns):
+        if rows[0][column] != 0:
+            smaller = _determinant(rows[1:], [c for c in columns if c != column])
+            terms.append((-1) ** position * rows[0][column] * smaller)
+    return Add(*terms)
 
 
 def row_reduce(matrix: MatrixBase) -> RowReduction:

@@ -59,13 +59,13 @@ class FormSearch:
 
     def _cheap_methods(self) -> _Methods:
         yield "a coordinate", self._coordinate
-        yield "polynomial of low degree", lambda: self._constant(2, 150)
+        yield "polynomial of low degree", lambda: self._constant((1, 2), 150)
 
     def _methods(self) -> _Methods:
         yield "closed", self._closed
         yield "common factor and division by a component", self._divided
         yield "integrating factor from the factors of the form", self._products
-        yield "polynomial of higher degree", lambda: self._constant(5, 350)
+        yield "polynomial of higher degree", lambda: self._constant((3, 4, 6, 8), 350)
         yield "reciprocal integrating factor", self._reciprocals
         yield "equation linear in one coordinate", self._affine
         yield "Pfaffian equation", self._pfaffian
@@ -75,9 +75,9 @@ class FormSearch:
         if len(nonzero) == 1:
             yield nonzero[0]
 
-    def _constant(self, degree: int, limit: int) -> Iterator[Expr]:
+    def _constant(self, degrees: Sequence[int], limit: int) -> Iterator[Expr]:
         found = pfaffian.constant_in_span(
-            self.components, self.coordinates, spectators=self.spectators, degree=degree, limit=limit
+            self.components, self.coordinates, spectators=self.spectators, degrees=degrees, limit=limit
         )
         if found is not None:
             yield found

@@ -92,14 +92,14 @@ def reciprocal_factors(
     coordinates: Sequence[Symbol],
     *,
     spectators: Sequence[Symbol] = (),
-    degree: int = 3,
+    degrees: Sequence[int] = (1, 2, 3, 4, 6, 8),
     limit: int = _LARGEST_SPAN,
 ) -> list[Expr]:
     """Candidates M with d(w / M) = 0 among polynomials in the letters, of the lowest degree that has any."""
     alphabet = letters(components, (*coordinates, *spectators))
     equations = kernel_equations(components, coordinates, spectators, reciprocal=True)
     constant = (0,) * len(alphabet)
-    for d in range(1, degree + 1):
+    for d in degrees:
         monomials = (constant, *words(alphabet, d, limit + 1))
         if len(monomials) > limit:
             return []

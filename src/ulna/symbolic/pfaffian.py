@@ -39,14 +39,14 @@ def constant_in_span(
     coordinates: Sequence[Symbol],
     *,
     spectators: Sequence[Symbol] = (),
-    degree: int = 2,
+    degrees: Sequence[int] = (1, 2),
     limit: int = _LARGEST_SPAN,
 ) -> Expr | None:
     """A polynomial in the letters that is constant along the kernel, of the lowest degree."""
     x = tuple(coordinates)
     alphabet = letters(components, (*x, *spectators))
     equations = kernel_equations(components, x, spectators)
-    for d in range(1, degree + 1):
+    for d in degrees:
         monomials = tuple(words(alphabet, d, limit + 1))
         if len(monomials) > limit:
             return None
@@ -188,7 +188,7 @@ def _potential(
     components = [Integer(0) if vanishes(v) else normal(v) for v in components]
     if all(v == 0 for v in components):
         return Integer(0)
-    found = potential_in_span(components, coordinates, degree=3)
+    found = potential_in_span(components, coordinates, degrees=(1, 2, 3))
     if found is not None:
         return found
     return potential_by_quadrature(components, coordinates, near=near, seconds=seconds)

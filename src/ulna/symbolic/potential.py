@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from sympy import (
+    Add,
     Dummy,
     Expr,
     Integer,
     Integral,
     Ne,
     Piecewise,
+    Poly,
     Rational,
     S,
     Symbol,
@@ -36,7 +38,7 @@ def potential_in_span(
     coordinates: Sequence[Symbol],
     *,
     spectators: Sequence[Symbol] = (),
-    degree: int = 4,
+    degrees: Sequence[int] = (1, 2, 3, 4, 6, 8),
     limit: int = _LARGEST_SPAN,
 ) -> Expr | None:
     """A candidate T among polynomials in the letters of the form, powers and logarithms of its denominators.
@@ -48,7 +50,7 @@ def potential_in_span(
     equations = gradient_equations(components, coordinates, spectators)
     factors = irreducible_factors((1 / fraction(together(w))[1] for w in components), x)
     alphabet = (*letters(components, x), *(1 / f for f in factors))
-    for d in range(1, degree + 1):
+    for d in degrees:
         monomials = tuple(words(alphabet, d, limit + 1))
         if len(monomials) > limit:
             return None
@@ -117,6 +119,9 @@ def antiderivative(integrand: Expr, variable: Symbol, *, seconds: float = 1.0) -
     """
     positive = {s: Dummy(s.name, positive=True) for s in integrand.free_symbols | {variable}}
     back = {dummy: symbol for symbol, dummy in positive.items()}
+    if integrand.is_polynomial(variable):
+        terms = Poly(integrand, variable).terms()
+        return Add(*(c * variable ** (k + 1) / (k + 1) for (k,), c in terms))
     integrand, variable = integrand.xreplace(positive), positive[variable]
     ways = (
         ("integrate", integrate),
