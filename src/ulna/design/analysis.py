@@ -10,14 +10,17 @@ from time import monotonic
 from ulna.base import UlnaError
 from ulna.design.findings import Finding, not_applicable
 from ulna.design.large_questions import LARGE, large_findings
-from ulna.design.questions import GROUPS
+from ulna.design.questions import GROUPS, law_of_outputs, outputs_answered
 from ulna.symbolic.budget import attempt
 from ulna.system.affine import control_affine
+from ulna.system.field_kernel import field_kernel
 from ulna.system.operating_point import OperatingPoint, given_point, operating_point
 from ulna.system.system import System
 
 SECONDS = 8.0
 """Time that one group of answers may take; what is not found by then is undecided."""
+SHORT = 150
+"""Operations of rates and outputs up to which formulas are sought for a large plant too, of its given outputs only."""
 TOTAL = 2.5
 """All groups together may take this many times as long."""
 
@@ -60,7 +63,7 @@ def analyse(system: System, *, seconds: float = SECONDS) -> Analysis:
     """
     keys = tuple(key for group in GROUPS for key in group)
     if len(system.states) >= LARGE:
-        return Analysis(system=system, point=given_point(system), findings=_in_numbers(system, keys))
+        return Analysis(system=system, point=given_point(system), findings=_large(system, keys, seconds))
     control_affine(system)
     findings: dict[str, Finding] = {}
     end = monotonic() + TOTAL * seconds
@@ -86,6 +89,29 @@ def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Finding]:
 def _short(value: object, limit: int = 300) -> str:
     text = "" if value is None else str(value)
     return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters)"
+
+
+def _large(system: System, keys: tuple[str, ...], seconds: float) -> dict[str, Finding]:
+    """The numeric road's findings, for a plant of few operations with the formulas of its given outputs."""
+    findings = _in_numbers(system, keys)
+    if not _short_program(system):
+        return findings
+    for question in (outputs_answered, law_of_outputs):
+        try:
+            found = attempt(seconds, "formulas of the outputs", question, system).value
+        except UlnaError:
+            break
+        if found is None:
+            break
+        findings |= found
+    return findings
+
+
+def _short_program(system: System) -> bool:
+    try:
+        return field_kernel(system).kernel.operation_count <= SHORT
+    except UlnaError:
+        return False
 
 
 def _answered(

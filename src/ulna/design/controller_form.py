@@ -12,7 +12,7 @@ from ulna.base import NoFormError, Verdict, all_of
 from ulna.design.linearisability import Linearisability
 from ulna.design.linearising_outputs import LinearisingOutputs, linearises, linearising_outputs
 from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
-from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
+from ulna.geometry.relative_degree import RelativeDegree, relative_degree, relative_degree_of
 from ulna.symbolic.linear import inverse
 from ulna.symbolic.rank import generic_rank, minor_determinant
 from ulna.symbolic.simplify import tidy
@@ -134,7 +134,7 @@ def controller_form(system: System, outputs: tuple[sp.Expr, ...] | None = None) 
     if not view.u:
         raise NoFormError(_named(view), "it has no controller form: there are no inputs.", "Look at its observer form.")
     if outputs is not None:
-        relative = relative_degree_of(outputs, view)
+        relative = relative_degree(system) if outputs == tuple(view.h) else relative_degree_of(outputs, view)
         verdict = linearises(relative)
         if not verdict.holds:
             raise NoFormError(

@@ -26,7 +26,8 @@ _NO_OUTPUT = "the plant has no output"
 _NO_INPUT = "the plant has no input"
 
 
-def _outputs(system: System) -> dict[str, Finding]:
+def outputs_answered(system: System) -> dict[str, Finding]:
+    """Relative degree of the given outputs, generically and at the point, and their decoupling matrix."""
     if not system.outputs:
         return {
             k: not_applicable(k, _NO_OUTPUT)
@@ -69,6 +70,18 @@ def _linearisation(system: System) -> dict[str, Finding]:
     form = controller_form(system, found.functions)
     findings["linearizing_outputs"] = Finding(verdict=found.verdict, value=list(found.functions))
     return findings | _transformation(form)
+
+
+def law_of_outputs(system: System) -> dict[str, Finding]:
+    """Transformation, law and singular set of the given outputs where they linearise the whole state; else nothing."""
+    if not system.outputs or len(system.outputs) != len(system.inputs):
+        return {}
+    degree = relative_degree(system)
+    if not degree.invertible.holds or degree.total != len(system.states):
+        return {}
+    form = controller_form(system, degree.outputs)
+    given = Finding(verdict=form.verdict, value=list(degree.outputs))
+    return {"linearizing_outputs": given} | _transformation(form)
 
 
 def _last_row(system: System, found: LinearisingOutputs) -> dict[str, Finding]:
@@ -202,7 +215,7 @@ def _dynamic_extension(system: System) -> dict[str, Finding]:
 
 
 GROUPS: Mapping[tuple[str, ...], Callable[[System], dict[str, Finding]]] = {
-    ("relative_degree", "relative_degree_at_point", "decoupling_matrix"): _outputs,
+    ("relative_degree", "relative_degree_at_point", "decoupling_matrix"): outputs_answered,
     (
         "controllability_rank",
         "controllability_rank_at_point",

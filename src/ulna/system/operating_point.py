@@ -119,6 +119,8 @@ def _solved(
         return None
     if not unknowns or not equations:
         return {**fixed, **dict.fromkeys(unknowns, sp.Integer(0))}
+    if any(not e.free_symbols & set(unknowns) and is_zero(e).fails for e in equations):
+        return None
     best: tuple[float, dict[sp.Symbol, sp.Expr]] | None = None
     for solution in solutions(equations, unknowns):
         free = dict.fromkeys([u for u in unknowns if u not in solution], sp.Integer(0))
