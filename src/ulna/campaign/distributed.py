@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
+from itertools import islice
 from typing import Any
 
 from distributed import Client, Future, wait
@@ -68,11 +69,11 @@ def dask_parts(
     try:
         while True:
             room = AHEAD * _threads(client, timeout) - len(flying)
-            for span in (span for span, _ in zip(left, range(max(0, room)), strict=False)):
+            for span in islice(left, max(0, room)):
                 send(span)
             if not flying:
                 return
-            for future in _finished(flying):
+            for future in _finished(client, flying):
                 span = flying.pop(future)
                 data = _result(future, span, lost, deaths)
                 if data is None:
@@ -84,9 +85,10 @@ def dask_parts(
         client.cancel(list(flying))
 
 
-def _finished(flying: Mapping[Future, Span]) -> list[Future]:
+def _finished(client: Client, flying: Mapping[Future, Span]) -> list[Future]:
     try:
-        wait(list(flying), timeout=LOOK, return_when="FIRST_COMPLETED")
+        with client.as_current():
+            wait(list(flying), timeout=LOOK, return_when="FIRST_COMPLETED")
     except TimeoutError:
         return []
     except CancelledError:

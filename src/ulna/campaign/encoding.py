@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,19 @@ from ulna.symbolic.parse import parse_formula
 from ulna.symbolic.text import formula
 
 TYPE = "type"
+
+# The last ones import this module: they are looked up when they are needed.
+_HOMES = (
+    "ulna.sim",
+    "ulna.sim.sampled",
+    "ulna.system",
+    "ulna.system.linear_injection",
+    "ulna.campaign.distributions",
+    "ulna.campaign.grid",
+    "ulna.campaign.sampling",
+    "ulna.campaign.measures",
+    "ulna.campaign.experiment",
+)
 
 
 def to_text(value: Any) -> str:
@@ -50,16 +64,10 @@ def from_text(text: str) -> Any:
 @cache
 def known_types() -> Mapping[str, type]:
     """The classes that may stand in settings, by name."""
-    from ulna import sim, system
-    from ulna.campaign import distributions, experiment, grid, measures, sampling
-    from ulna.sim import sampled
-    from ulna.system import linear_injection
-
-    modules = (sim, sampled, system, linear_injection, distributions, grid, sampling, measures, experiment)
     return {
         name: value
-        for module in modules
-        for name, value in vars(module).items()
+        for home in _HOMES
+        for name, value in vars(import_module(home)).items()
         if isinstance(value, type) and is_dataclass(value) and value.__module__.startswith("ulna.")
     }
 

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from ulna.base.units import unit as unit_of
 from ulna.campaign.experiment import Experiment, Role
 from ulna.campaign.measures import Column
 from ulna.campaign.plan import seeds
@@ -91,7 +92,7 @@ def _varied(experiment: Experiment, name: str) -> Column:
     if role is Role.PARAMETER:
         # Values are SI numbers, whatever unit the plant's file is written in.
         given = next(p.unit for p in system.parameters if p.name == name)
-        unit = f"SI of {given}" if given else ""
+        unit = given if unit_of(given).coherent else f"SI of {given}"
     return Column(name=name, unit=unit, text=role.value, varied=True)
 
 
