@@ -14,6 +14,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+SUPPORT = {path.stem for path in (ROOT / "tests" / "support").glob("*.py")}
 PIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*==[0-9][A-Za-z0-9.+!]*")
 
 
@@ -52,7 +53,7 @@ def _imported(text: str) -> set[str]:
             found |= {alias.name.partition(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             found.add(node.module.partition(".")[0])
-    return found - sys.stdlib_module_names - {"ulna"}
+    return found - sys.stdlib_module_names - SUPPORT - {"ulna"}
 
 
 def _distributions(*folders: str) -> dict[str, str]:

@@ -133,8 +133,7 @@ def test_the_electrical_equation_held_over_a_mechanical_step_is_wrong() -> None:
     arm = preset("transhumeral_elbow")
     numbers = {p.name: float(p.si_value or 0) for p in arm.parameters}
     start = np.array([0.8, 0.0, 0.0])
-    settings = {"seconds": 0.3, "timestep": 1e-4}
     fine = mujoco_steps(numbers, -3.0, start, seconds=0.3, timestep=2.5e-5)[::4]
-    inside = np.abs(mujoco_steps(numbers, -3.0, start, **settings)[:, 0] - fine[:, 0]).max()
-    held = np.abs(mujoco_steps(numbers, -3.0, start, **settings, held=True)[:, 0] - fine[:, 0]).max()
+    inside = np.abs(mujoco_steps(numbers, -3.0, start, seconds=0.3, timestep=1e-4)[:, 0] - fine[:, 0]).max()
+    held = np.abs(mujoco_steps(numbers, -3.0, start, seconds=0.3, timestep=1e-4, held=True)[:, 0] - fine[:, 0]).max()
     assert held > 1000 * inside

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any
 
 import mujoco
 import numpy as np
-import pinocchio as pin
+
+# Its wheel (`pin`) lies where static checkers and package listings do not look.
+pin: Any = import_module("pinocchio")
 
 Plant = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], None]
 """f(state (θ, ω, i), input (u, load, push), numbers, out): the rates into out."""

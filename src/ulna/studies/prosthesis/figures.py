@@ -14,25 +14,30 @@ from ulna.studies.prosthesis.demonstration import Demonstration
 from ulna.studies.prosthesis.tasks import Task
 
 _EVERY = 10
+SHOWN_ERROR = 2.0
+"""Degrees at which curves of error are cut, so that one lost controller does not hide the others."""
 
 
 def task_figure(found: Comparison, key: str) -> Figure:
-    """Angle and current of every contender at one task on the nominal plant; curves far off are cut at the walls."""
+    """Angle, error and current of every contender at one task on the nominal plant; errors are cut at `SHOWN_ERROR`."""
     task = next(t for t in found.tasks if t.key == key)
     times = task.times[::_EVERY]
     angles = [Curve(label="wanted", times=times, values=_degrees(task.reference[0]), hue=6, dash=2)]
-    currents = []
+    errors, currents = [], []
     for hue, contender in enumerate(found.contenders):
         run = found.entries[contender.key, key].nominal
         dash = 0 if contender.proposed else 1
         angles.append(Curve(label=contender.title, times=times, values=_degrees(run.angle[0]), hue=hue, dash=dash))
+        error = np.clip(_degrees(run.angle[0] - task.reference[0]), -SHOWN_ERROR, SHOWN_ERROR)
+        errors.append(Curve(label="", times=times, values=error, hue=hue, dash=dash))
         currents.append(Curve(label="", times=times, values=run.current[0, ::_EVERY], hue=hue, dash=dash))
     return plot_panels(
         (
             Panel(quantity="angle", unit="deg", curves=tuple(angles)),
+            Panel(quantity="error", unit="deg", curves=tuple(errors)),
             Panel(quantity="current", unit="A", curves=tuple(currents)),
         ),
-        height=5.6,
+        height=7.2,
     )
 
 

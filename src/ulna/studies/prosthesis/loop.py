@@ -2,6 +2,8 @@
 
 It differs from the general sampled loop of `ulna.sim`: it keeps whole trajectories of many plants, knows a battery and
 a current limit, and is compiled once for all controllers, which it gets as functions.
+
+Longer than 80 lines because one period of one run stands in one function, in the order in which it happens.
 """
 
 from __future__ import annotations

@@ -137,7 +137,7 @@ def _arm_section(found: Comparison, pictures: Mapping[str, str]) -> Section:
             blocks=(
                 Picture(
                     svg=pictures[f"{name}-{key}"],
-                    caption=f"{caption} Nominal plant.",
+                    caption=f"{caption} Nominal plant; errors are cut at 2°.",
                     description="Curves of angle and current over time, one for each controller.",
                 ),
             ),

@@ -24,8 +24,8 @@ from ulna.studies.prosthesis.tasks import Task, tasks_of
 from ulna.studies.prosthesis.trial import run_trial
 
 PLANTS = 4
-PROBES = 24
-EVALUATIONS = 100
+PROBES = 16
+EVALUATIONS = 60
 SEED = 20
 WORST = 90.0
 
