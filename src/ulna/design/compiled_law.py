@@ -9,6 +9,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import NoFormError, Verdict
+from ulna.symbolic.affine_inputs import solved_for_inputs
 from ulna.symbolic.jet import lie_derivatives
 from ulna.symbolic.kernel import Kernel, restricted
 from ulna.symbolic.linear_kernel import joined, solved
@@ -77,7 +78,11 @@ def compiled_law(system: System, outputs: Sequence[sp.Expr] | None = None) -> Co
         value = Verdict.refuted("the decoupling matrix is invertible", rank=rank, seed=SEED)
         found = f"its decoupling matrix has rank {rank} instead of {m} at a random point."
         raise NoFormError(asked, found, "Try `dynamic_extension`." if m > 1 else "", value=value)
-    law = solved(f"law of {system.name}", lie, matrix, list(zip(new, tops, strict=True)), field.inputs, sample)
+    name, wanted = f"law of {system.name}", list(zip(new, tops, strict=True))
+    generic = np.random.default_rng(SEED).uniform(0.2, 1.2, len(top.inputs))
+    law = solved_for_inputs(name, top, field.inputs, wanted, list(generic))
+    if law is None:
+        law = solved(name, lie, matrix, wanted, field.inputs, sample)
     return CompiledLaw(system=system, indices=degrees, law=law, lie=lie, verdict=degree)
 
 
