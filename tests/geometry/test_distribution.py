@@ -9,6 +9,7 @@ from ulna.geometry.distribution import (
     contains,
     dimension_at,
     distribution,
+    filtration,
     generic_basis,
     generic_dimension,
     involutive,
@@ -17,7 +18,7 @@ from ulna.geometry.distribution import (
     regular_at,
     sum_of,
 )
-from ulna.geometry.lie import lie_bracket
+from ulna.geometry.lie import iterated_brackets, lie_bracket
 from ulna.geometry.oneform import contraction
 from ulna.symbolic.zero import is_zero
 
@@ -103,6 +104,37 @@ def test_sum_collects_fields_and_refuses_other_coordinates() -> None:
     assert generic_dimension(sum_of(ROBOT, other)).value == 3
     with pytest.raises(UlnaError, match="different coordinates"):
         sum_of(ROBOT, distribution([Matrix([1, 0])], X[:2]))
+
+
+PLANTS = {
+    # name: drift, input fields
+    "one input": ([x2 - x3**2, x3, 0], [[-x2 * (1 + x2**2), 0, 1 + x2**2]]),
+    "hidden factor": ([x2 * exp(x1), sin(x3), x1 * x2], [[0, exp(x2) * x1, exp(x2) * (1 + x1**2)]]),
+    "not controllable": ([-x1, -2 * x2, -3 * x3], [[1, 1, 0]]),
+    "two inputs": ([x2, x1 * x3, 0], [[0, cos(x1), 1], [0, 0, x2]]),
+    "dependent inputs": ([x2, x3, 0], [[0, 0, x1], [0, 0, exp(x2)]]),
+}
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_filtration_spans_the_iterated_brackets(name: str) -> None:
+    drift, inputs = Matrix(PLANTS[name][0]), [Matrix(g) for g in PLANTS[name][1]]
+    members = filtration(drift, inputs, X, 2)
+    for order, member in enumerate(members):
+        brackets = [b for g in inputs for b in iterated_brackets(drift, g, X, order)]
+        raw = distribution(brackets, X)
+        assert len(member.fields) == generic_dimension(raw).value
+        assert generic_dimension(sum_of(member, raw)).value == len(member.fields)
+
+
+def test_filtration_of_a_disguised_chain_of_integrators_has_short_fields() -> None:
+    # z = (x₁ + x₂², x₂ + sin x₃, x₃), z' = (z₂, z₃, u exp(x₁ x₂)): brackets grow, the fields of G₂ do not.
+    z = Matrix([x1 + x2**2, x2 + sin(x3), x3])
+    inverse = z.jacobian(X).inv()
+    drift, control = inverse * Matrix([z[1], z[2], 0]), inverse * Matrix([0, 0, exp(x1 * x2)])
+    members = filtration(drift, [control], X, 1)
+    assert sum(int(entry.count_ops()) for field in members[1].fields for entry in field) < 25
+    assert involutive(members[1]).holds
 
 
 def test_a_field_of_wrong_length_is_refused() -> None:

@@ -12,7 +12,7 @@ from sympy.matrices import MatrixBase
 from ulna.base import UlnaError, Verdict, all_of
 from ulna.geometry.lie import Scalar, expression, lie_bracket
 from ulna.geometry.oneform import OneForm
-from ulna.symbolic.elimination import null_space, row_reduce
+from ulna.symbolic.elimination import null_space, reduced_against, row_reduce, without_common_factor
 from ulna.symbolic.rank import Rank, generic_rank, rank_at
 
 
@@ -180,6 +180,48 @@ def involutive_closure(span: Distribution) -> Distribution:
                     fields.append(bracket)
         first = known
     return Distribution(coordinates=span.coordinates, fields=tuple(fields))
+
+
+def filtration(
+    drift: MatrixBase, inputs: Sequence[MatrixBase], coordinates: Sequence[Symbol], order: int
+) -> tuple[Distribution, ...]:
+    """G₀ ⊂ G₁ ⊂ … ⊂ G_order, G₀ = span of the input fields, Gₖ = Gₖ₋₁ + [f, Gₖ₋₁], each with a short generic basis.
+
+    These are the spans of ad_fⁱ g_j, i ≤ k (Isidori, Nonlinear Control Systems, 1995, sec. 5.2), but the fields are
+    not the brackets: each is reduced by the fields before it and freed of common factors, which
+    [f, a X] = a [f, X] − (L_f a) X allows. Brackets themselves grow tenfold with every step.
+
+    Args:
+        drift: f, shape (n, 1).
+        inputs: the g_j, shape (n, 1).
+        coordinates: x, n symbols.
+        order: of the last member.
+    """
+    fields = _reduced_fields([], inputs)
+    members = [Distribution(coordinates=tuple(coordinates), fields=tuple(fields))]
+    newest = fields
+    for _ in range(order):
+        brackets = [lie_bracket(drift, field, coordinates) for field in newest]
+        newest = _reduced_fields(fields, brackets)
+        fields = [*fields, *newest]
+        members.append(Distribution(coordinates=tuple(coordinates), fields=tuple(fields)))
+    return tuple(members)
+
+
+def _reduced_fields(known: Sequence[ImmutableDenseMatrix], more: Sequence[MatrixBase]) -> list[ImmutableDenseMatrix]:
+    """Of the additional fields those that are new, reduced by the known ones and those before."""
+    found: list[ImmutableDenseMatrix] = []
+    for field in more:
+        before = [*known, *found]
+        if len(before) == field.rows:
+            break
+        rows = ImmutableDenseMatrix([list(f) for f in before]) if before else ImmutableDenseMatrix(0, field.rows, [])
+        reduced = reduced_against(list(field), rows) if before else without_common_factor(list(field))
+        if reduced is None:
+            reduced = tuple(field) if _rank_of(*before, field).value > len(before) else ()
+        if any(entry != 0 for entry in reduced):
+            found.append(ImmutableDenseMatrix(field.rows, 1, reduced))
+    return found
 
 
 def _rank_of(*fields: MatrixBase) -> Rank:

@@ -145,6 +145,35 @@ def _null_space_by_minors(matrix: MatrixBase, wanted: frozenset[int]) -> tuple[I
     return tuple(columns)
 
 
+def reduced_against(row: Sequence[Expr], rows: MatrixBase) -> tuple[Expr, ...] | None:
+    """A multiple of the row plus a combination of independent rows, zero at as many columns as there are rows.
+
+    The span with the rows stays the same on an open dense set. The columns are those of the simplest minor of the
+    rows; common factors go. All zero if the row is a combination of the rows; None if the exact algebra gives up.
+    """
+    stacked = ImmutableDenseMatrix([*(list(rows.row(i)) for i in range(rows.rows)), list(row)])
+    found = attempt_exactly(_SECONDS, "reduction", _reduced_last_row, stacked)
+    if found.value is None or any(e.has(sign, Abs) for e in found.value):
+        return None
+    return found.value
+
+
+def _reduced_last_row(matrix: MatrixBase) -> tuple[Expr, ...]:
+    plain, meaning = with_plain_angles(list(matrix))
+    data = polynomial_rows(ImmutableDenseMatrix(*matrix.shape, plain).as_mutable())
+    ring, n = data.ring, matrix.cols
+    former = maximal_minors(ring, data.rows[:-1], range(n))
+    nonzero = {key: minor for key, minor in former.items() if not minor.is_zero()}
+    pivots = min(nonzero, key=lambda key: (len(nonzero[key]), nonzero[key].total_degree(), sorted(key)))
+    minors = maximal_minors(ring, data.rows, range(n))
+    entries = [ring.none] * n
+    for column in sorted(set(range(n)) - pivots):
+        minor = minors.get(pivots | {column}, ring.none)
+        larger = sum(1 for pivot in pivots if pivot > column)
+        entries[column] = -minor if larger % 2 else minor
+    return tuple(e.xreplace(meaning) for e in _primitive(ring, entries))
+
+
 def _independent_rows(matrix: MatrixBase) -> tuple[int, ...]:
     """Rows that span all rows at a random point of a finite field."""
     sample = FieldSample(4 * _POINTS)

@@ -46,7 +46,8 @@ def kernel_equations(
         row = [Integer(0)] * n
         row[j], row[p] = components[p], -components[j]
         fields.append((*row, *(Integer(0) for _ in spectators)))
-        slopes.append(components[j].diff(coordinates[p]) - components[p].diff(coordinates[j]))
+        if reciprocal or factor:
+            slopes.append(components[j].diff(coordinates[p]) - components[p].diff(coordinates[j]))
     return LinearEquations(
         coordinates=(*coordinates, *spectators),
         fields=tuple(fields),
