@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+import sympy as sp
 from campaign_loops import PLANT, RUNAWAY, SAMPLED, SPRING
 
 from ulna.campaign import (
@@ -125,6 +126,18 @@ def test_tables_and_files_hold_the_same_numbers(tmp_path) -> None:
 def test_settings_read_back_as_they_were_written(make) -> None:
     text = make().store.manifest.settings
     assert to_text(from_text(text)) == text
+
+
+def test_a_formula_that_is_read_in_another_order_keeps_its_meaning() -> None:
+    x, k = sp.symbols("x k", real=True)
+    given = sp.Mul(-1, 5 * x + 6 * sp.Abs(k), evaluate=False)
+    assert sp.expand(from_text(to_text(given)) - given) == 0
+
+
+def test_what_the_formula_language_does_not_know_is_refused() -> None:
+    for given in (sp.gamma(sp.Symbol("x", real=True)), object()):
+        with pytest.raises(CampaignError, match="cannot be stored"):
+            to_text(given)
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from ulna.base import UlnaError
 from ulna.campaign.errors import CampaignError
 from ulna.symbolic.parse import parse_formula
 from ulna.symbolic.text import formula
+from ulna.symbolic.zero import SampledZero, is_zero
 
 TYPE = "type"
 
@@ -89,7 +90,9 @@ def _encoded(value: Any) -> Any:
             return {TYPE: "matrix", "rows": [[_encoded(e) for e in value.row(k)] for k in range(value.rows)]}
         case sp.Expr():
             symbols = sorted(s.name for s in value.free_symbols if isinstance(s, sp.Symbol))
-            return {TYPE: "formula", "text": formula(value), "symbols": symbols}
+            written = {TYPE: "formula", "text": formula(value), "symbols": symbols}
+            _check_meaning(value, written)
+            return written
         case Mapping():
             return {TYPE: "map", "entries": [[str(k), _encoded(v)] for k, v in value.items()]}
         case list() | tuple():
@@ -102,6 +105,16 @@ def _encoded(value: Any) -> Any:
             "Use ulna's own plans, distributions, inputs and time settings.",
         )
     return {TYPE: name, **{f.name: _encoded(getattr(value, f.name)) for f in fields(value) if f.init}}
+
+
+def _check_meaning(value: sp.Expr, written: dict[str, Any]) -> None:
+    """The parser may order a formula otherwise, never change it: a loop with another formula would be run."""
+    try:
+        read = _decoded(written)
+    except UlnaError as error:
+        raise CampaignError(f"the formula {written['text']}", f"it cannot be stored ({error.found})") from None
+    if read != value and is_zero(read - value, test=SampledZero(seconds=0.0)).fails:
+        raise CampaignError(f"the formula {written['text']}", "it does not read back as it was written.")
 
 
 def _decoded(data: Any) -> Any:

@@ -1,0 +1,114 @@
+"""`ulna sweep` and `ulna replay`, as typed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from ulna.cli.main import app
+
+PLANT = """
+name = "mass"
+[parameters]
+m = { value = 1, range = [0.5, 3] }
+[states]
+x = "v"
+v = "u/m"
+[inputs]
+u = {}
+[outputs]
+x = "x"
+"""
+POLES = ["--controller-poles", "-2,-3", "--observer-poles", "-9,-10"]
+
+
+def ulna(*arguments: str):
+    return CliRunner().invoke(app, list(arguments))
+
+
+@pytest.fixture
+def plant(tmp_path: Path) -> str:
+    path = tmp_path / "mass.toml"
+    path.write_text(PLANT)
+    return str(path)
+
+
+def test_a_sweep_answers_draws_goes_on_and_is_replayed(plant: str, tmp_path: Path) -> None:
+    folder, drawn = tmp_path / "runs", tmp_path / "figures"
+    command = ["sweep", plant, *POLES, "--vary", "m=uniform(0.9,1.1)", "--vary", "x=normal(1,0.1,0.5,1.5)"]
+    command += ["--runs", "40", "--out", str(folder), "--part", "16", "--time", "6", "--json", "--plot", str(drawn)]
+    done = ulna(*command)
+    assert done.exit_code == 0, done.output
+    data = json.loads(done.stdout)
+    assert data["settled"]["count"] == data["runs"] == 40
+    assert data["outcomes"] == {"finished": 40}
+    assert sorted(path.name for path in drawn.iterdir()) == ["fan_x.svg", "settled_map.svg", "worst.svg"]
+    assert json.loads(ulna(*command).stdout) == data
+    worst = data["worst"][0]
+    again = ulna("replay", str(folder), "--run", str(worst["run"]), "--json", "--plot", str(tmp_path / "run.svg"))
+    assert again.exit_code == 0, again.output
+    run = json.loads(again.stdout)
+    assert run["identical"]
+    assert run["varied"] == worst["varied"]
+    assert run["signals"]["x"][-1] == pytest.approx(worst["value"], abs=1e-12)
+    shown = ulna("replay", str(folder), "--run", "0")
+    assert "identical with the stored run, bit for bit" in shown.output
+    other = ulna(*[entry if entry != "40" else "41" for entry in command])
+    assert other.exit_code == 2
+    assert "holds another campaign (other plan)" in other.stderr
+
+
+def test_a_sampled_sweep_over_a_grid_is_printed_for_people(plant: str, tmp_path: Path) -> None:
+    done = ulna(
+        *["sweep", plant, "--controller-poles", "-2,-3", "--vary", "m=steps(0.5,1.5,3)", "--vary", "x=values(-1,2)"],
+        *["--out", str(tmp_path / "runs"), "--period", "0.01", "--limit", "5", "--time", "6"],
+    )
+    assert done.exit_code == 0, done.output
+    assert "6 runs, settled:" in done.output
+    assert "outcomes: 6 finished" in done.output
+
+
+def test_sobol_indices_are_printed(plant: str, tmp_path: Path) -> None:
+    done = ulna(
+        *["sweep", plant, *POLES, "--vary", "m=uniform(0.9,1.1)", "--vary", "x=uniform(0.5,2)", "--runs", "16"],
+        *["--sampling", "indices", "--out", str(tmp_path / "runs")],
+    )
+    assert done.exit_code == 0, done.output
+    assert "peak_error_x depends on" in done.output.replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--vary", "mm=uniform(1,2)"], "Did you mean m"),
+        (["--vary", "m=uniform(0,2)"], "its range is [0.5, 3]"),
+        (["--vary", "m=uniform(2,1)"], "wrong way round"),
+        (["--vary", "m=uniform(2)"], "1 numbers, uniform takes 2"),
+        (["--vary", "m=cauchy(1,2)"], "'cauchy' is unknown"),
+        (["--vary", "m 1 2"], "it cannot be read"),
+        (["--vary", "m=uniform(1,2)", "--vary", "m=uniform(1,2)"], "stands twice"),
+        (["--vary", "m=uniform(1,2)", "--vary", "x=steps(0,1,3)"], "drawn by chance"),
+        (["--vary", "m=uniform(1,2)", "--runs", "0"], "at least one"),
+        (["--vary", "m=uniform(1,2)", "--time", "0"], "positive time"),
+        (["--vary", "m=uniform(1,2)", "--period", "-1"], "positive time"),
+        (["--vary", "m=uniform(1,2)", "--period", "99"], "longer than the run"),
+        (["--vary", "m=uniform(1,2)", "--limit", "3"], "Give --period"),
+        (["--vary", "m=uniform(1,2)", "--initial", "1"], "1 numbers, 2 states"),
+        (["--vary", "m=uniform(1,2)", "--scheduler", "tcp://127.0.0.1:1"], "nothing answers there"),
+    ],
+)
+def test_a_users_mistake_is_one_clear_error(plant: str, tmp_path: Path, arguments: list[str], reason: str) -> None:
+    done = ulna("sweep", plant, *POLES, "--out", str(tmp_path / "runs"), *arguments)
+    assert done.exit_code == 2, done.output
+    assert reason in done.stderr
+    assert done.stderr.startswith("error: ")
+
+
+@pytest.mark.parametrize(("folder", "reason"), [("nowhere", "no campaign.json"), (".", "no campaign.json")])
+def test_a_folder_without_a_sweep_cannot_be_replayed(tmp_path: Path, folder: str, reason: str) -> None:
+    done = ulna("replay", str(tmp_path / folder), "--run", "0")
+    assert done.exit_code == 2
+    assert reason in done.stderr
