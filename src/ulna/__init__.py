@@ -69,6 +69,8 @@ if TYPE_CHECKING:
     from ulna.sim import Trajectory as Trajectory
     from ulna.sim import metrics as metrics
     from ulna.sim import simulate as simulate
+    from ulna.sim.python_control import from_control as from_control
+    from ulna.sim.python_control import to_control as to_control
     from ulna.system import ControlAffine as ControlAffine
     from ulna.system import Definition as Definition
     from ulna.system import Linearisation as Linearisation
@@ -108,6 +110,7 @@ _HOME = {
     "exact_observer": "ulna.design",
     "extended_kalman_filter": "ulna.design",
     "first_integrals": "ulna.geometry",
+    "from_control": "ulna.sim.python_control",
     "high_gain_observer": "ulna.design",
     "input_output_form": "ulna.design",
     "integrate": "ulna.geometry",
@@ -151,6 +154,7 @@ _HOME = {
     "Status": "ulna.base",
     "System": "ulna.system",
     "system_from_mapping": "ulna.system",
+    "to_control": "ulna.sim.python_control",
     "Track": "ulna.design",
     "Trajectory": "ulna.sim",
     "transformed_observer_form": "ulna.design",
