@@ -8,7 +8,7 @@ dim G_{n−1} = n. For one input G_{n−2} alone has to be looked at.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations
 from typing import Any
@@ -17,6 +17,7 @@ import sympy as sp
 
 from ulna.base import Verdict, all_of
 from ulna.geometry.accessibility import Accessibility, accessibility
+from ulna.geometry.distribution import filtration, involutive
 from ulna.geometry.lie import lie_bracket
 from ulna.symbolic.budget import attempt
 from ulna.symbolic.rank import generic_rank
@@ -25,6 +26,7 @@ from ulna.system.system import System
 
 _PROOF_SECONDS = 1.0
 _BRACKET_SECONDS = 1.5
+_SHORT_SECONDS = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,6 +94,18 @@ def _all_involutive(found: Accessibility) -> Verdict:
 
 
 def _involutive(found: Accessibility, level: int) -> Verdict:
+    """By short fields that span the same where that says yes; else by the brackets themselves, which have names."""
+    claim = f"G_{level} is involutive"
+    view = found.view
+    short = attempt(_SHORT_SECONDS, "short fields", filtration, view.f, view.input_fields, view.x, level).value
+    judged = attempt(_SHORT_SECONDS, "involutivity", involutive, short[-1]).value if short is not None else None
+    if judged is not None and judged.holds:
+        return replace(judged, claim=claim)
+    named = _involutive_by_names(found, level)
+    return named if named.fails or judged is None or not judged.fails else replace(judged, claim=claim)
+
+
+def _involutive_by_names(found: Accessibility, level: int) -> Verdict:
     """All pairs at random points first, since one that leaves the span is all that matters; proofs afterwards."""
     span = found.distribution(level)
     claim = f"G_{level} is involutive"

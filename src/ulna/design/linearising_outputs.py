@@ -17,12 +17,13 @@ import sympy as sp
 from ulna.base import Verdict, all_of
 from ulna.design.linearisability import Linearisability, linearisability
 from ulna.geometry.accessibility import Accessibility
-from ulna.geometry.distribution import Distribution
+from ulna.geometry.distribution import Distribution, filtration
 from ulna.geometry.frobenius import first_integrals
 from ulna.geometry.integrate_form import integrate
 from ulna.geometry.lie import lie_derivative
 from ulna.geometry.oneform import closed, one_form
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
+from ulna.symbolic.budget import attempt
 from ulna.symbolic.linear import inverse_last_row, nullspace
 from ulna.symbolic.rank import generic_rank, rank_at
 from ulna.symbolic.simplify import tidy
@@ -187,7 +188,7 @@ class _Search:
 
     def _next(self, index: int, known: list[sp.Expr]) -> tuple[sp.Expr, str] | None:
         """A function with dh ⊥ G_{index−2}, independent of the known ones, where possible at the operating point."""
-        span = self.found.distribution(index - 2)
+        span = self._short_span(index - 2)
         spare: tuple[sp.Expr, str] | None = None
         for function, origin in self._candidates(span):
             if not self._independent([*known, function]):
@@ -196,6 +197,14 @@ class _Search:
                 return function, origin
             spare = spare or (function, origin)
         return spare
+
+    def _short_span(self, level: int) -> Distribution:
+        """G_level by short fields: its brackets may be thousands of times longer."""
+        view = self.found.view
+        if level < 0:
+            return Distribution(coordinates=view.x, fields=())
+        short = attempt(_SECONDS, "short fields", filtration, view.f, view.input_fields, view.x, level)
+        return short.value[-1] if short.value is not None else self.found.distribution(level)
 
     def _candidates(self, span: Distribution) -> Iterator[tuple[sp.Expr, str]]:
         view = self.found.view
