@@ -135,6 +135,14 @@ def test_a_common_controller_can_win(found: Comparison) -> None:
     assert best.key == "pid"
 
 
+def test_an_arm_that_lies_on_its_stop_without_a_tremor_wins_nothing(found: Comparison) -> None:
+    still = {**found.entries["pid", "hold"].measured, "rms_error": np.full(6, 50.0), "ripple": np.zeros(6)}
+    entries = {**found.entries, ("pid", "hold"): replace(found.entries["pid", "hold"], measured=still)}
+    ranked = replace(found, entries=entries).ranked("hold", "ripple", 0.95)
+    assert "pid" not in {contender.key for contender, _ in ranked}
+    assert [value for _, value in ranked] == sorted(value for _, value in ranked)
+
+
 def test_plain_results_hold_every_task_contender_and_measure(found: Comparison) -> None:
     tasks = plain_results(found)["tasks"]
     assert isinstance(tasks, dict)

@@ -17,6 +17,8 @@ from ulna.studies.prosthesis.tasks import Task, tasks_of
 from ulna.studies.prosthesis.trial import Runs, prepare, run_trial
 
 WORKERS = 2
+LOST = 10.0
+"""RMS error in degrees from which a controller does not do its task: an arm that lies on its stop wins nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -44,6 +46,10 @@ class Entry:
             return math.nan
         return float(np.quantile(values, share, method="higher"))
 
+    def lost(self, share: float) -> bool:
+        """Whether the error at this quantile is too large to speak of doing the task."""
+        return not self.quantile("rms_error", share) < LOST
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Comparison:
@@ -65,12 +71,14 @@ class Comparison:
 
     def best(self, task: str, measure: str, share: float) -> Contender | None:
         """Who has the least of a measure at this quantile; None where nobody has a finite value."""
-        values = {c.key: self.entries[c.key, task].quantile(measure, share) for c in self.contenders}
-        finite = {key: value for key, value in values.items() if math.isfinite(value)}
-        if not finite:
-            return None
-        winner = min(finite, key=lambda key: finite[key])
-        return next(c for c in self.contenders if c.key == winner)
+        ranked = self.ranked(task, measure, share)
+        return ranked[0][0] if ranked else None
+
+    def ranked(self, task: str, measure: str, share: float) -> list[tuple[Contender, float]]:
+        """Contenders and values of a measure at this quantile, least first; those that are lost stay out."""
+        entries = [self.entries[c.key, task] for c in self.contenders]
+        values = [(e.contender, e.quantile(measure, share)) for e in entries if not e.lost(share)]
+        return sorted(((c, v) for c, v in values if math.isfinite(v)), key=lambda pair: pair[1])
 
 
 def compare(bench: Bench, *, count: int = 200, seed: int = 1, workers: int = WORKERS) -> Comparison:

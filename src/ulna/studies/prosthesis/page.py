@@ -10,7 +10,6 @@ from ulna.models.statics import hold, torque_margin
 from ulna.report import Badge, Block, Cell, Document, Fold, Picture, Section, Table, Text, Tone
 from ulna.studies.prosthesis.baselines import VISUAL_DELAY
 from ulna.studies.prosthesis.compare import Comparison
-from ulna.studies.prosthesis.contender import Contender
 from ulna.studies.prosthesis.plant import Bench
 from ulna.studies.prosthesis.trial import NOISE
 
@@ -74,7 +73,7 @@ def _short(found: Sequence[Comparison]) -> tuple[Block, ...]:
     rows = []
     for each in found:
         for task, measure, heading in COLUMNS:
-            ranked = _ranked(each, task, measure)
+            ranked = each.ranked(task, measure, 0.95)
             if len(ranked) < 2:
                 continue
             (first, best), (second, next_best) = ranked[:2]
@@ -123,8 +122,16 @@ def _arm_section(found: Comparison, pictures: Mapping[str, str]) -> Section:
             caption="Reach, pick up, be pushed; the nominal plant, in real time. The dashed line is the angle wanted.",
             description="Seven arms that move side by side, one for each controller.",
         ),
-        _table(found, COLUMNS, "How exact: nominal / 95 of 100 plants. Lowest 95 % value marked; – never."),
-        _table(found, EFFORTS, "At what effort: nominal / 95 of 100 plants. Lowest 95 % value marked; – never."),
+        _table(
+            found,
+            COLUMNS,
+            "How exact: nominal / 95 of 100 plants. ✓ lowest 95 % value, ✗ lost (RMS error above 10°), – never.",
+        ),
+        _table(
+            found,
+            EFFORTS,
+            "At what effort: nominal / 95 of 100 plants. ✓ lowest 95 % value, ✗ lost (RMS error above 10°), – never.",
+        ),
         Picture(
             svg=pictures[f"{name}-spread"],
             caption="RMS error: ring, the nominal plant; bar, from the median to 95 of 100 plants.",
@@ -166,7 +173,10 @@ def _table(found: Comparison, columns: Sequence[tuple[str, str, str]], caption: 
         for task, measure, _ in columns:
             entry = found.entries[contender.key, task]
             text = f"{_number(entry.nominal_value(measure))} / {_number(entry.quantile(measure, 0.95))}"
-            cells.append(Badge(text=text, tone=Tone.GOOD) if best[task, measure] is contender else text)
+            if entry.lost(0.95):
+                cells.append(Badge(text=text, tone=Tone.BAD))
+            else:
+                cells.append(Badge(text=text, tone=Tone.GOOD) if best[task, measure] is contender else text)
         rows.append(tuple(cells))
     return Table(
         head=("controller", *(heading for *_, heading in columns)),
@@ -229,11 +239,6 @@ def _method(found: Comparison) -> tuple[Block, ...]:
             head=("task", "what happens"), rows=tuple((task.key.replace("_", " "), task.title) for task in found.tasks)
         ),
     )
-
-
-def _ranked(found: Comparison, task: str, measure: str) -> list[tuple[Contender, float]]:
-    values = [(c, found.entries[c.key, task].quantile(measure, 0.95)) for c in found.contenders]
-    return sorted(((c, v) for c, v in values if math.isfinite(v)), key=lambda pair: pair[1])
 
 
 def _proposed_wins(found: Sequence[Comparison]) -> tuple[int, int]:
