@@ -72,7 +72,7 @@ def main() -> None:
     loop = paper_loop()
     clusters = [
         LocalCluster(
-            n_workers=n, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=logging.ERROR
+            n_workers=n, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=logging.ERROR
         )
         for n in (1, 2)
     ]

@@ -43,8 +43,9 @@ class Local:
     def parts(self, settings: str, versions: Mapping[str, str], spans: Iterable[Span]) -> Iterator[tuple[Span, bytes]]:
         """Each part with its bytes. One part is being computed while the one before is written."""
         threads = self.threads or len(os.sched_getaffinity(0))
-        with ThreadPoolExecutor(1) as pool:
-            waiting: list[tuple[Span, Future[bytes]]] = []
+        pool = ThreadPoolExecutor(1)
+        waiting: list[tuple[Span, Future[bytes]]] = []
+        try:
             for span in spans:
                 waiting.append((span, pool.submit(computed_part, settings, versions, *span, threads)))
                 if len(waiting) > 1:
@@ -52,6 +53,9 @@ class Local:
                     yield done, future.result()
             for done, future in waiting:
                 yield done, future.result()
+        finally:
+            # Left early, nothing more is begun.
+            pool.shutdown(wait=True, cancel_futures=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

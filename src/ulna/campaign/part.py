@@ -5,10 +5,13 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import io
+import json
 import platform
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -35,11 +38,21 @@ def versions() -> Mapping[str, str]:
 
 @lru_cache(maxsize=4)
 def experiment_of(settings: str) -> Experiment:
-    """The experiment of a text of settings, read once per process: what is compiled for it is found again."""
+    """The experiment of a text of settings, read once per process.
+
+    Compiled loops are found by the identity of the system and its time settings, so that equal ones of several
+    campaigns must be one object.
+    """
     found = from_text(settings)
     if not isinstance(found, Experiment):
         raise CampaignError("settings of a campaign", "they describe something else.")
-    return found
+    data = json.loads(settings)
+    return replace(found, system=_shared(json.dumps(data["system"])), time=_shared(json.dumps(data["time"])))
+
+
+@lru_cache(maxsize=16)
+def _shared(text: str) -> Any:
+    return from_text(text)
 
 
 def computed_part(settings: str, expected: Mapping[str, str], first: int, last: int, threads: int) -> bytes:

@@ -43,13 +43,16 @@ def run_part(experiment: Experiment, first: int, last: int, *, threads: int = 1)
     return {name: given["varied"][name] for name in experiment.plan.names} | _kept(experiment, figures)
 
 
-@lru_cache(maxsize=4)
 def _shown(experiment: Experiment) -> System:
     """The system with the outputs that are measured: looking at the others takes most of the time."""
     system, measures = experiment.system, experiment.measures
     if isinstance(experiment.time, Sampled):
         return system
-    wanted = {*(s.name for s in _judged(experiment)), *measures.effort}
+    return _trimmed(system, frozenset((*(s.name for s in _judged(experiment)), *measures.effort)))
+
+
+@lru_cache(maxsize=16)
+def _trimmed(system: System, wanted: frozenset[str]) -> System:
     kept = [(s, e) for s, e in zip(system.outputs, system.readouts, strict=True) if s.name in wanted]
     return replace(system, outputs=tuple(s for s, _ in kept), readouts=tuple(e for _, e in kept))
 
