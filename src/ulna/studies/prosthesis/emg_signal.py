@@ -107,7 +107,7 @@ def synthetic_recording(
     count = len(effort)
     settle = int(muscles.rate)
     white = np.random.default_rng(muscles.seed).standard_normal((settle + count, 4))
-    band = butter(8, BAND, btype="bandpass", fs=muscles.rate, output="sos")
+    band = butter(12, BAND, btype="bandpass", fs=muscles.rate, output="sos")
     shaped = np.asarray(sosfilt(band, white, axis=0))[settle:]
     # RMS of the filtered white noise: √(band power / total power), by Parseval from the filter itself.
     shaped = shaped / _noise_gain(band)
