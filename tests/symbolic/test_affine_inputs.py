@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ulna.base import UlnaError
@@ -38,6 +38,8 @@ def test_the_outputs_are_the_ones_asked_for(pair):
 
 
 @settings(max_examples=25, deadline=None)
+# Tiny coefficients beside large ones: as pivots they would cost eight digits.
+@example([5.3e-9, -3e-3, 2.9e-7, -4.6e-4, 0.0, 2.9e-6, -4.9e-7, 1e-2, 5.8e-5])
 @given(st.lists(st.floats(-3, 3), min_size=9, max_size=9))
 def test_any_regular_matrix_is_solved(entries):
     """A x + u-dependent right-hand sides: the law of three coupled rows."""
@@ -50,7 +52,7 @@ def test_any_regular_matrix_is_solved(entries):
     assert inverse is not None
     found = np.array(to_numpy(inverse)(0.5, 0, 0, 0, 1.0, -2.0, 3.0))
     expected = np.linalg.solve(matrix * np.cos(0.5), np.array([1.0, -2.0, 3.0]) - 0.5)
-    assert found == pytest.approx(expected, rel=1e-9, abs=1e-12)
+    assert found == pytest.approx(expected, rel=1e-11, abs=1e-12)
 
 
 def test_what_is_not_affine_is_refused():

@@ -17,8 +17,9 @@ from ulna.symbolic.instructions import Instruction, InstructionList, Operation, 
 from ulna.symbolic.kernel import Kernel
 from ulna.symbolic.lowering.numpy import to_numpy
 
-_SMALL = 1e-9
-"""Relative size of a sampled coefficient below which it is no pivot."""
+_SMALL = 1e-2
+"""Size of a sampled coefficient beside the largest of its row below which it is no pivot: rounding errors grow by as
+much as the pivots are small."""
 _CANCELLED = 1e-13
 
 
