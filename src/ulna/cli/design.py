@@ -101,8 +101,7 @@ def _sections(made: Design) -> Iterable[tuple[str, dict[str, Any]]]:
         )
         yield "gains K on z", {"K": made.law.gains}
         yield "law", _named(made.law.system.outputs, made.law.expressions)
-    if made.observer is not None:
-        form_o = made.observer.form
+    if made.observer is not None and (form_o := made.observer.form) is not None:
         yield "observer form z = T(x)", {f"z{k + 1}": e for k, e in enumerate(form_o.map.forward)}
         yield "injection γ(y, u)", {f"γ{k + 1}": e for k, e in enumerate(form_o.injection)}
         yield "gains L on y − ŷ in z", {"L": made.observer.gains}
@@ -128,8 +127,7 @@ def _data(made: Design) -> dict[str, Any]:
             "indices": list(form.indices),
         }
         data["law"] = {"gains": plain(made.law.gains), **plain(_named(made.law.system.outputs, made.law.expressions))}
-    if made.observer is not None:
-        form_o = made.observer.form
+    if made.observer is not None and (form_o := made.observer.form) is not None:
         data["observer_form"] = {"T": plain(list(form_o.map.forward)), "injection": plain(list(form_o.injection))}
         data["observer"] = {"gains": plain(made.observer.gains), "system": system_to_mapping(made.observer.system)}
     if made.compensator is not None:

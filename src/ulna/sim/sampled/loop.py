@@ -43,7 +43,8 @@ class Loop:
 
     Attributes:
         layout: what it is made of. run: the compiled function. values: its settings, in order.
-        columns: row of the record of each number kept at a sample. held: constants of the controller. memory: (states of estimator and controller,) at the start.
+        columns: row of the record of each number kept at a sample. held: constants of the controller.
+        memory: (states of estimator and controller,) at the start.
     """
 
     layout: Layout
