@@ -21,9 +21,9 @@ from scipy.integrate import solve_ivp
 
 import ulna
 from ulna.sim import Continuous, simulate
-from ulna.symbolic.kernel import Kernel, kernel
-from ulna.symbolic.lowering.heyoka import to_heyoka
-from ulna.symbolic.lowering.python_source import to_python
+from ulna.symbolic.program.kernel import Kernel, kernel
+from ulna.symbolic.program.lowering.heyoka import to_heyoka
+from ulna.symbolic.program.lowering.python_source import to_python
 from ulna.system import System
 
 GOAL = 1e-9

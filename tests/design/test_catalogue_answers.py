@@ -10,10 +10,10 @@ import sympy as sp
 from answer_facts import Facts, facts
 from known_answers import CHECKS, complaint
 
-from ulna.design.analysis import analyse
-from ulna.design.dynamic_extension import dynamic_extension
-from ulna.design.flatness import flat_output
-from ulna.design.normal_form import normal_form
+from ulna.design.analysis.analysis import analyse
+from ulna.design.forms.dynamic_extension import dynamic_extension
+from ulna.design.forms.flatness import flat_output
+from ulna.design.forms.normal_form import normal_form
 from ulna.models import model, models
 
 ANSWERS = {entry.name: entry.answers for entry in models() if entry.answers}

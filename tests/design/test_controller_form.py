@@ -12,13 +12,13 @@ import pytest
 import sympy as sp
 
 from ulna.base import NoFormError, UlnaError
-from ulna.design.controller_form import ControllerForm, controller_form, substituted_back
-from ulna.design.linearisability import linearisability
-from ulna.design.linearising_outputs import last_row, linearises, linearising_outputs
+from ulna.design.forms.controller_form import ControllerForm, controller_form, substituted_back
+from ulna.design.forms.linearisability import linearisability
+from ulna.design.forms.linearising_outputs import last_row, linearises, linearising_outputs
 from ulna.geometry.relative_degree import relative_degree_of
-from ulna.symbolic.linear import inverse_last_row
-from ulna.symbolic.rank import generic_rank
-from ulna.symbolic.zero import are_zero, is_zero
+from ulna.symbolic.exact.linear import inverse_last_row
+from ulna.symbolic.exact.rank import generic_rank
+from ulna.symbolic.exact.zero import are_zero, is_zero
 from ulna.system import System, control_affine, system_from_mapping
 
 KNOWN = [

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from ulna.base import UlnaError
 from ulna.base.verdict import Status
-from ulna.design.center_manifold import center_modes, reduced_orders
-from ulna.design.critical_class import StabilityClass
-from ulna.design.equilibrium_class import equilibrium_class
-from ulna.symbolic.root_location import eigenvalue_location
-from ulna.symbolic.taylor import NoSeriesError, taylor_coefficients
+from ulna.design.internal.center_manifold import center_modes, reduced_orders
+from ulna.design.internal.critical_class import StabilityClass
+from ulna.design.internal.equilibrium_class import equilibrium_class
+from ulna.symbolic.solving.root_location import eigenvalue_location
+from ulna.symbolic.solving.taylor import NoSeriesError, taylor_coefficients
 from ulna.system import System, system_from_mapping
 
 

@@ -4,14 +4,14 @@ import pytest
 import sympy as sp
 
 from ulna.base import NoFormError, PlantError
-from ulna.design.analysis import analyse
-from ulna.design.compiled_law import compiled_law
-from ulna.design.large_questions import large_findings
+from ulna.design.analysis.analysis import analyse
+from ulna.design.analysis.large_questions import large_findings
+from ulna.design.forms.compiled_law import compiled_law
 from ulna.geometry.relative_degree import relative_degree
 from ulna.models.flexible_arm import flexible_joint_arm
-from ulna.symbolic.kernel import kernel
-from ulna.symbolic.lowering.casadi import to_casadi
-from ulna.symbolic.lowering.numpy import to_numpy
+from ulna.symbolic.program.kernel import kernel
+from ulna.symbolic.program.lowering.casadi import to_casadi
+from ulna.symbolic.program.lowering.numpy import to_numpy
 from ulna.system import System, system_from_mapping
 from ulna.system.field_kernel import field_kernel
 

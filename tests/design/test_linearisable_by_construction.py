@@ -10,10 +10,10 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from ulna.base import NoFormError
-from ulna.design.controller_form import controller_form, substituted_back
-from ulna.design.linearisability import linearisability
-from ulna.design.state_linearisation import state_linearisation
-from ulna.symbolic.rank import generic_rank
+from ulna.design.forms.controller_form import controller_form, substituted_back
+from ulna.design.forms.linearisability import linearisability
+from ulna.design.forms.state_linearisation import state_linearisation
+from ulna.symbolic.exact.rank import generic_rank
 from ulna.system import Signal, System
 
 X = sp.symbols("x1:5", real=True)

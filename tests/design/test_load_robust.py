@@ -24,7 +24,7 @@ from ulna.design import (
     state_feedback,
     with_disturbance,
 )
-from ulna.design.observer import error_matrix
+from ulna.design.observers.observer import error_matrix
 from ulna.models import arm_with_drive, load_estimate, model, preset
 from ulna.sim import metrics, simulate
 from ulna.studies.prosthesis.load_robust_designs import load_robust_design, robust_grid

@@ -7,14 +7,14 @@ import sympy as sp
 from observer_plants import MEASURED, Y, disguised, random_disguise
 
 from ulna.base import NoFormError
-from ulna.design.observer_check import check_observer_form
-from ulna.design.observer_conditions import observer_conditions
-from ulna.design.observer_form import ObserverForm, find_observer_form, observer_form
-from ulna.design.observer_refutation import refutation_at_a_point
-from ulna.design.output_functions import output_section
-from ulna.design.output_transformation import output_transformation, transformed_observer_form
+from ulna.design.observers.observer_check import check_observer_form
+from ulna.design.observers.observer_conditions import observer_conditions
+from ulna.design.observers.observer_form import ObserverForm, find_observer_form, observer_form
+from ulna.design.observers.observer_refutation import refutation_at_a_point
+from ulna.design.observers.output_functions import output_section
+from ulna.design.observers.output_transformation import output_transformation, transformed_observer_form
 from ulna.geometry.observability import observability
-from ulna.symbolic.zero import are_zero
+from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, control_affine, read_system, system_from_mapping
 
 ARM = "src/ulna/models/data/one_link_arm.toml"

@@ -6,13 +6,13 @@ import pytest
 import sympy as sp
 
 from ulna.base import DesignError, NoFormError
-from ulna.design.extended_kalman import extended_kalman_filter
-from ulna.design.gains import Poles
-from ulna.design.high_gain import high_gain_observer
-from ulna.design.observer import error_matrix, exact_observer, exact_observer_in_form_coordinates
-from ulna.design.observer_form import observer_form
-from ulna.design.output_transformation import transformed_observer_form
-from ulna.symbolic.zero import are_zero
+from ulna.design.control.gains import Poles
+from ulna.design.observers.extended_kalman import extended_kalman_filter
+from ulna.design.observers.high_gain import high_gain_observer
+from ulna.design.observers.observer import error_matrix, exact_observer, exact_observer_in_form_coordinates
+from ulna.design.observers.observer_form import observer_form
+from ulna.design.observers.output_transformation import transformed_observer_form
+from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, control_affine, read_system, system_from_mapping
 
 ARM = read_system("src/ulna/models/data/one_link_arm.toml").with_values()

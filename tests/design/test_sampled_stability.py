@@ -21,7 +21,7 @@ from ulna.design import (
     sampling_advice,
     state_feedback,
 )
-from ulna.design.sampled_stability import _exponential
+from ulna.design.control.sampled_stability import _exponential
 from ulna.models import arm_with_drive, preset
 from ulna.sim import Trajectory, metrics, simulate
 from ulna.sim.sampled import RungeKutta4, Sampled, Saturation

@@ -9,8 +9,8 @@ import sympy as sp
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from ulna.design.state_linearisation import StateLinearisation, state_linearisation
-from ulna.symbolic.zero import are_zero
+from ulna.design.forms.state_linearisation import StateLinearisation, state_linearisation
+from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, control_affine, system_from_mapping
 
 x1, x2, x3 = sp.symbols("x1:4", real=True)

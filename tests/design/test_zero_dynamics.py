@@ -9,15 +9,15 @@ import sympy as sp
 
 from ulna.base import UlnaError
 from ulna.base.verdict import Status
-from ulna.design.dynamic_extension import DynamicExtension, dynamic_extension
-from ulna.design.flatness import flat_output
-from ulna.design.input_output import input_output_form
-from ulna.design.minimum_phase import minimum_phase
-from ulna.design.normal_form import normal_form
-from ulna.design.zero_dynamics import ZeroDynamics, zero_dynamics
+from ulna.design.forms.dynamic_extension import DynamicExtension, dynamic_extension
+from ulna.design.forms.flatness import flat_output
+from ulna.design.forms.input_output import input_output_form
+from ulna.design.forms.normal_form import normal_form
+from ulna.design.internal.minimum_phase import minimum_phase
+from ulna.design.internal.zero_dynamics import ZeroDynamics, zero_dynamics
 from ulna.geometry.lie import lie_derivative
 from ulna.geometry.relative_degree import relative_degree_of
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.zero import is_zero
 from ulna.system import System, control_affine, system_from_mapping
 
 

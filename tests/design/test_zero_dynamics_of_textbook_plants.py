@@ -12,15 +12,15 @@ import pytest
 import sympy as sp
 
 from ulna.base import Verdict
-from ulna.design.dynamic_extension import dynamic_extension
-from ulna.design.flatness import flat_output
-from ulna.design.input_output import input_output_form
-from ulna.design.minimum_phase import minimum_phase
-from ulna.design.normal_form import normal_form
-from ulna.design.zero_dynamics import ZeroDynamics, zero_dynamics
+from ulna.design.forms.dynamic_extension import dynamic_extension
+from ulna.design.forms.flatness import flat_output
+from ulna.design.forms.input_output import input_output_form
+from ulna.design.forms.normal_form import normal_form
+from ulna.design.internal.minimum_phase import minimum_phase
+from ulna.design.internal.zero_dynamics import ZeroDynamics, zero_dynamics
 from ulna.geometry.lie import lie_derivative
-from ulna.symbolic.rank import generic_rank
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.rank import generic_rank
+from ulna.symbolic.exact.zero import is_zero
 from ulna.system import System, control_affine, system_from_mapping
 
 _FUNCTIONS = {"sin", "cos", "tan", "exp", "atan", "sqrt", "log", "pi"}

@@ -20,7 +20,7 @@ from ulna.geometry.distribution import (
 )
 from ulna.geometry.lie import iterated_brackets, lie_bracket
 from ulna.geometry.oneform import contraction
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.zero import is_zero
 
 X = x1, x2, x3 = symbols("x1:4", real=True)
 ROBOT = distribution([Matrix([sin(x3), cos(x3), 0]), Matrix([0, 0, 1])], X)  # Röbenack 2017, Involutiv_Test

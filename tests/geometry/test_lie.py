@@ -13,7 +13,7 @@ from ulna.geometry.lie import (
     lie_derivative,
     lie_derivative_of_covector,
 )
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.zero import is_zero
 
 X = symbols("x1:4", real=True)
 PIECES = (1, X[0], X[1], X[2], X[0] * X[1], X[2] ** 2, sin(X[0]), cos(X[1]), exp(X[2]))

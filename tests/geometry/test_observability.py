@@ -13,7 +13,7 @@ from ulna.geometry.decomposition import (
     observable_structure,
 )
 from ulna.geometry.observability import observability, observation_space
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.zero import is_zero
 from ulna.system import System, control_affine, system_from_mapping
 
 

@@ -18,7 +18,7 @@ from ulna.geometry.oneform import (
     scaled,
     wedge,
 )
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.zero import is_zero
 
 X = x1, x2, x3 = symbols("x1:4", real=True)
 PIECES = (x1, x2, x3, x1 * x2, x2 * x3**2, sin(x1), cos(x2 * x3), exp(x3 - x1))

@@ -14,8 +14,8 @@ from scipy.linalg import expm
 from ulna.base import SimulationError
 from ulna.sim import TIME, Continuous, Held, Interpolated, Outcome, Trajectory, simulate
 from ulna.sim.flow import Flow
-from ulna.symbolic.kernel import kernel
-from ulna.symbolic.lowering.python_source import to_python
+from ulna.symbolic.program.kernel import kernel
+from ulna.symbolic.program.lowering.python_source import to_python
 from ulna.system import Parameter, Signal, System
 
 x, y, u, k = sp.symbols("x y u k", real=True)

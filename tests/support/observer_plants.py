@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 import sympy as sp
 
-from ulna.symbolic.simplify import normal_form
-from ulna.symbolic.text import formula
+from ulna.symbolic.exact.simplify import normal_form
+from ulna.symbolic.formulas.text import formula
 from ulna.system import System, system_from_mapping
 
 Y = sp.Symbol("y", real=True)

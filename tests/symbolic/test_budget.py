@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ulna.base import UlnaError
-from ulna.symbolic.budget import Attempt, BudgetExceeded, attempt, time_budget
+from ulna.symbolic.exact.budget import Attempt, BudgetExceeded, attempt, time_budget
 
 
 def spin(seconds: float = 5.0) -> str:

@@ -3,10 +3,10 @@
 import pytest
 from sympy import Expr, Matrix, atan, cos, exp, log, sin, sqrt, symbols
 
-from ulna.symbolic.angles import with_plain_angles
-from ulna.symbolic.compact import compact
-from ulna.symbolic.elimination import normal, null_space, row_reduce, vanishes, without_common_factor
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.angles import with_plain_angles
+from ulna.symbolic.exact.compact import compact
+from ulna.symbolic.exact.elimination import normal, null_space, row_reduce, vanishes, without_common_factor
+from ulna.symbolic.exact.zero import is_zero
 
 x, y, z, a = symbols("x y z a", real=True)
 

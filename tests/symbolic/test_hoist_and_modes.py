@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from ulna.symbolic.hoist import hoist
-from ulna.symbolic.instructions import Operation
-from ulna.symbolic.kernel import kernel
-from ulna.symbolic.lowering.python_source import to_python
-from ulna.symbolic.modes import with_modes
+from ulna.symbolic.program.hoist import hoist
+from ulna.symbolic.program.instructions import Operation
+from ulna.symbolic.program.kernel import kernel
+from ulna.symbolic.program.lowering.python_source import to_python
+from ulna.symbolic.program.modes import with_modes
 
 x, y, a, b = sp.symbols("x y a b", real=True)
 OUTPUTS = {

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from ulna.base import FormulaError
-from ulna.symbolic.instructions import Operation
-from ulna.symbolic.instructions_from_casadi import kernel_from_casadi
-from ulna.symbolic.lowering.casadi import to_casadi
-from ulna.symbolic.lowering.numpy import to_numpy
+from ulna.symbolic.program.instructions import Operation
+from ulna.symbolic.program.instructions_from_casadi import kernel_from_casadi
+from ulna.symbolic.program.lowering.casadi import to_casadi
+from ulna.symbolic.program.lowering.numpy import to_numpy
 
 a, b = ca.SX.sym("a", 3), ca.SX.sym("b")
 EXPRESSIONS = ca.vertcat(

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ulna.base import FormulaError
-from ulna.symbolic.parse import parse_formula
-from ulna.symbolic.text import exact, formula
+from ulna.symbolic.formulas.parse import parse_formula
+from ulna.symbolic.formulas.text import exact, formula
 
 x, y, E = (sp.Symbol(n, real=True) for n in "xyE")
 NAMES = {"x": x, "y": y, "E": E}

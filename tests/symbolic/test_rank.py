@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ulna.base import Status
-from ulna.symbolic.linear import (
+from ulna.symbolic.exact.linear import (
     coefficients,
     in_span,
     inverse,
@@ -17,8 +17,8 @@ from ulna.symbolic.linear import (
     nullspace,
     solve_linear,
 )
-from ulna.symbolic.rank import generic_rank, minor_determinant, rank_at
-from ulna.symbolic.zero import SampledZero, are_zero, is_zero
+from ulna.symbolic.exact.rank import generic_rank, minor_determinant, rank_at
+from ulna.symbolic.exact.zero import SampledZero, are_zero, is_zero
 
 x1, x2, x3, x4 = x = sp.symbols("x1:5", real=True)
 a, G, J, k, m = sp.symbols("a G J k m", real=True)

@@ -7,8 +7,8 @@ import sympy as sp
 from flint import arb
 
 from ulna.base import UlnaError
-from ulna.symbolic.kernel import kernel
-from ulna.symbolic.second_slopes import second_slopes
+from ulna.symbolic.program.kernel import kernel
+from ulna.symbolic.program.second_slopes import second_slopes
 
 x, y = (sp.Symbol(name, real=True) for name in "xy")
 

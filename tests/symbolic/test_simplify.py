@@ -9,8 +9,8 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ulna.symbolic.simplify import normal_form, shortened, tidy
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.simplify import normal_form, shortened, tidy
+from ulna.symbolic.exact.zero import is_zero
 
 x, y, k, m = sp.symbols("x y k m", real=True)
 sin, cos = sp.sin, sp.cos

@@ -19,9 +19,9 @@ import sympy as sp
 
 from ulna.base import UlnaError
 from ulna.campaign.errors import CampaignError
-from ulna.symbolic.parse import parse_formula
-from ulna.symbolic.text import formula
-from ulna.symbolic.zero import SampledZero, is_zero
+from ulna.symbolic.exact.zero import SampledZero, is_zero
+from ulna.symbolic.formulas.parse import parse_formula
+from ulna.symbolic.formulas.text import formula
 
 TYPE = "type"
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from ulna.base.verdict import Verdict
-    from ulna.design.analysis import Analysis
+    from ulna.design.analysis.analysis import Analysis
 
 _COLOURS = {"proved": "green", "refuted": "red", "supported": "yellow", "undecided": "dim"}
 
@@ -27,7 +27,7 @@ def analyse(
     Relative degree, controllability, involutivity, full-state and state-only linearisation, observability, observer
     form, zero dynamics, dynamic extension: docs/analysis.md says what each key means.
     """
-    from ulna.design.analysis import analyse as analyse_system
+    from ulna.design.analysis.analysis import analyse as analyse_system
 
     system = plant(name)
     with progress(f"analysing '{system.name}'"):

@@ -13,9 +13,9 @@ from ulna.cli.session import console, plant, pole_list, print_json, progress
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from ulna.design.compensator import Compensator
-    from ulna.design.law import Law
-    from ulna.design.observer import Observer
+    from ulna.design.control.compensator import Compensator
+    from ulna.design.control.law import Law
+    from ulna.design.observers.observer import Observer
     from ulna.system.system import System
 
 ControllerPoles = Annotated[str, typer.Option("--controller-poles", help="Comma-separated: '-2+3.46j,-2-3.46j,-8'.")]
@@ -66,12 +66,12 @@ def make_design(system: System, controller_poles: str, observer_poles: str) -> D
         UlnaError: if neither is given, or the plant lacks the form that one of them needs.
     """
     from ulna.base import DesignError
-    from ulna.design.compensator import compensator
-    from ulna.design.controller_form import controller_form
-    from ulna.design.gains import Poles
-    from ulna.design.law import state_feedback
-    from ulna.design.observer import exact_observer
-    from ulna.design.observer_form import observer_form
+    from ulna.design.control.compensator import compensator
+    from ulna.design.control.gains import Poles
+    from ulna.design.control.law import state_feedback
+    from ulna.design.forms.controller_form import controller_form
+    from ulna.design.observers.observer import exact_observer
+    from ulna.design.observers.observer_form import observer_form
 
     if not controller_poles and not observer_poles:
         raise DesignError("a design", "no poles were given.", "Add --controller-poles, --observer-poles or both.")
@@ -150,7 +150,7 @@ def _print_section(title: str, rows: dict[str, Any]) -> None:
 
 
 def _plot_poles(made: Design, path: Path) -> None:
-    from ulna.design.gains import roots_of
+    from ulna.design.control.gains import roots_of
     from ulna.plot.poles import plot_poles
     from ulna.plot.save import save_figure
 

@@ -111,6 +111,6 @@ def number_list(text: str, what: str) -> list[float]:
     Raises:
         UlnaError: for an entry that is no number.
     """
-    from ulna.symbolic.parse import parse_formula
+    from ulna.symbolic.formulas.parse import parse_formula
 
     return [float(parse_formula(part, {}, where=f"{what} '{text}'")) for part in text.split(",")]

@@ -56,7 +56,7 @@ def simulate(
 
 def _loop(system: System, controller_poles: str, observer_poles: str) -> System:
     from ulna.base import DesignError
-    from ulna.design.compensator import close_loop
+    from ulna.design.control.compensator import close_loop
 
     if not controller_poles and not observer_poles:
         return system

@@ -17,7 +17,7 @@ from ulna.cli.session import console, number_list, plant, print_json, progress
 
 if TYPE_CHECKING:
     from ulna.campaign import CampaignResult, Progress
-    from ulna.design.compensator import ClosedLoop
+    from ulna.design.control.compensator import ClosedLoop
     from ulna.sim import Continuous, Sampled
     from ulna.system.system import System
 
@@ -90,7 +90,7 @@ def sweep(
 
 def _loop(system: System, controller_poles: str, observer_poles: str) -> ClosedLoop | System:
     from ulna.base import DesignError
-    from ulna.design.compensator import close_loop
+    from ulna.design.control.compensator import close_loop
 
     if not controller_poles:
         if observer_poles:
@@ -110,7 +110,7 @@ def _engine(
 ) -> tuple[ClosedLoop | System, Continuous | Sampled]:
     """What is run, and how time passes in it."""
     from ulna.base import SimulationError
-    from ulna.design.compensator import ClosedLoop
+    from ulna.design.control.compensator import ClosedLoop
     from ulna.sim import Continuous, Sampled, Saturation
 
     if period == 0.0:

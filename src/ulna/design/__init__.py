@@ -1,33 +1,33 @@
 """Forms, laws, observers, compensators and closed loops: from a plant's geometry to its controller."""
 
-from ulna.design.analysis import Analysis, analyse
-from ulna.design.cascade import InnerLoop, close_cascade, inner_loop
-from ulna.design.compensator import ClosedLoop, Compensator, close_loop, compensator
-from ulna.design.controller_form import ControllerForm, controller_form
-from ulna.design.dynamic_extension import DynamicExtension, dynamic_extension
-from ulna.design.extended_kalman import extended_kalman_filter
-from ulna.design.extended_state_observer import extended_state_observer, with_disturbance
-from ulna.design.findings import Finding
-from ulna.design.flatness import flat_output
-from ulna.design.gains import AbstractGainRule, LinearQuadratic, Poles
-from ulna.design.high_gain import high_gain_observer
-from ulna.design.input_output import InputOutputForm, input_output_form
-from ulna.design.law import Law, state_feedback
-from ulna.design.linearisability import Linearisability, linearisability
-from ulna.design.linearising_outputs import LinearisingOutputs, linearising_outputs
-from ulna.design.load_robust import LoadRobust, load_robust_compensator
-from ulna.design.loop_grid import LoopGrid, loop_grid
-from ulna.design.minimum_phase import minimum_phase
-from ulna.design.normal_form import NormalForm, normal_form
-from ulna.design.observer import Observer, exact_observer
-from ulna.design.observer_form import ObserverForm, observer_form
-from ulna.design.output_transformation import transformed_observer_form
-from ulna.design.permanent_offset import PermanentOffset, permanent_offset
-from ulna.design.reduced_order import ReducedOrder, reduced_order
-from ulna.design.reference import Regulate, SetPoint, Track
-from ulna.design.sampled_stability import sampled_grid, sampling_advice
-from ulna.design.state_linearisation import StateLinearisation, state_linearisation
-from ulna.design.zero_dynamics import ZeroDynamics, zero_dynamics
+from ulna.design.analysis.analysis import Analysis, analyse
+from ulna.design.analysis.findings import Finding
+from ulna.design.control.cascade import InnerLoop, close_cascade, inner_loop
+from ulna.design.control.compensator import ClosedLoop, Compensator, close_loop, compensator
+from ulna.design.control.gains import AbstractGainRule, LinearQuadratic, Poles
+from ulna.design.control.law import Law, state_feedback
+from ulna.design.control.load_robust import LoadRobust, load_robust_compensator
+from ulna.design.control.loop_grid import LoopGrid, loop_grid
+from ulna.design.control.permanent_offset import PermanentOffset, permanent_offset
+from ulna.design.control.reduced_order import ReducedOrder, reduced_order
+from ulna.design.control.reference import Regulate, SetPoint, Track
+from ulna.design.control.sampled_stability import sampled_grid, sampling_advice
+from ulna.design.forms.controller_form import ControllerForm, controller_form
+from ulna.design.forms.dynamic_extension import DynamicExtension, dynamic_extension
+from ulna.design.forms.flatness import flat_output
+from ulna.design.forms.input_output import InputOutputForm, input_output_form
+from ulna.design.forms.linearisability import Linearisability, linearisability
+from ulna.design.forms.linearising_outputs import LinearisingOutputs, linearising_outputs
+from ulna.design.forms.normal_form import NormalForm, normal_form
+from ulna.design.forms.state_linearisation import StateLinearisation, state_linearisation
+from ulna.design.internal.minimum_phase import minimum_phase
+from ulna.design.internal.zero_dynamics import ZeroDynamics, zero_dynamics
+from ulna.design.observers.extended_kalman import extended_kalman_filter
+from ulna.design.observers.extended_state_observer import extended_state_observer, with_disturbance
+from ulna.design.observers.high_gain import high_gain_observer
+from ulna.design.observers.observer import Observer, exact_observer
+from ulna.design.observers.observer_form import ObserverForm, observer_form
+from ulna.design.observers.output_transformation import transformed_observer_form
 
 __all__ = [
     "AbstractGainRule",

@@ -14,9 +14,9 @@ from ulna.base import Verdict
 from ulna.geometry.distribution import Distribution
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.smoothness import require_smooth
-from ulna.symbolic.budget import attempt
-from ulna.symbolic.rank import Rank, generic_rank, minor_determinant, rank_at
-from ulna.symbolic.simplify import normal_form
+from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at
+from ulna.symbolic.exact.simplify import normal_form
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.operating_point import operating_point
 from ulna.system.system import System

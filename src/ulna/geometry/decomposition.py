@@ -18,10 +18,10 @@ from ulna.geometry.distribution import Distribution, distribution
 from ulna.geometry.frobenius import first_integrals
 from ulna.geometry.lie import lie_bracket, lie_derivative
 from ulna.geometry.observability import differentials, observation_space
-from ulna.symbolic.budget import attempt
-from ulna.symbolic.rank import generic_rank
-from ulna.symbolic.simplify import tidy
-from ulna.symbolic.zero import SampledZero, is_zero
+from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.rank import generic_rank
+from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.operating_point import operating_point
 from ulna.system.system import System

@@ -9,8 +9,8 @@ import sympy as sp
 
 from ulna.base.errors import NoFormError
 from ulna.base.verdict import Verdict
-from ulna.symbolic.invert import invert_map
-from ulna.symbolic.simplify import tidy
+from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.solving.invert import invert_map
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +65,7 @@ class Diffeomorphism:
         return sp.ImmutableDenseMatrix(expressions.xreplace(dict(zip(self.new, self.forward, strict=True))))
 
     def _repr_latex_(self) -> str:
-        from ulna.symbolic.latex import expression_latex
+        from ulna.symbolic.formulas.latex import expression_latex
 
         return f"$$z = {expression_latex(self.forward)}$$"
 

@@ -12,8 +12,8 @@ from sympy.matrices import MatrixBase
 from ulna.base import UlnaError, Verdict, all_of
 from ulna.geometry.lie import Scalar, expression, lie_bracket
 from ulna.geometry.oneform import OneForm
-from ulna.symbolic.elimination import null_space, reduced_against, row_reduce, without_common_factor
-from ulna.symbolic.rank import Rank, generic_rank, rank_at
+from ulna.symbolic.exact.elimination import null_space, reduced_against, row_reduce, without_common_factor
+from ulna.symbolic.exact.rank import Rank, generic_rank, rank_at
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,11 +15,11 @@ from ulna.base import Verdict, all_of
 from ulna.geometry.distribution import Distribution, generic_basis, involutive
 from ulna.geometry.lie import Scalar, expression, lie_derivative
 from ulna.geometry.representative import simplest_function_of, without_arcsines
-from ulna.symbolic.budget import BudgetExceeded, time_budget
-from ulna.symbolic.elimination import vanishes
-from ulna.symbolic.leaf_search import LeafSearch, along, independent
-from ulna.symbolic.rank import generic_rank
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.budget import BudgetExceeded, time_budget
+from ulna.symbolic.exact.elimination import vanishes
+from ulna.symbolic.exact.rank import generic_rank
+from ulna.symbolic.exact.zero import is_zero
+from ulna.symbolic.integration.leaf_search import LeafSearch, along, independent
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

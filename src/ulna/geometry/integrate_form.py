@@ -20,12 +20,12 @@ from ulna.geometry.representative import (
     without_arcsines,
     without_offset,
 )
-from ulna.symbolic import integrating_factor as factors
-from ulna.symbolic.budget import BudgetExceeded, time_budget
-from ulna.symbolic.elimination import normal, vanishes
-from ulna.symbolic.form_search import FormSearch
-from ulna.symbolic.potential import potentials
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.budget import BudgetExceeded, time_budget
+from ulna.symbolic.exact.elimination import normal, vanishes
+from ulna.symbolic.exact.zero import is_zero
+from ulna.symbolic.integration import integrating_factor as factors
+from ulna.symbolic.integration.form_search import FormSearch
+from ulna.symbolic.integration.potential import potentials
 
 _CLAIM = "the one-form has an integrating factor"
 

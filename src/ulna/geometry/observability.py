@@ -16,8 +16,8 @@ from sympy import Expr, ImmutableDenseMatrix, Symbol
 from ulna.base import Status, Verdict
 from ulna.geometry.lie import lie_derivative
 from ulna.geometry.smoothness import require_smooth
-from ulna.symbolic.budget import attempt
-from ulna.symbolic.rank import Rank, generic_rank, minor_determinant, rank_at
+from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.operating_point import operating_point
 from ulna.system.system import System
@@ -58,7 +58,7 @@ class Observability:
         return self.view.system
 
     def _repr_latex_(self) -> str:
-        from ulna.symbolic.latex import expression_latex
+        from ulna.symbolic.formulas.latex import expression_latex
 
         return f"$${expression_latex(self.matrix)}$$"
 

@@ -14,8 +14,8 @@ from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError, Verdict, all_of
 from ulna.geometry.lie import Scalar, expression, lie_derivative_of_covector
-from ulna.symbolic.elimination import null_space
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.elimination import null_space
+from ulna.symbolic.exact.zero import is_zero
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,10 +11,10 @@ import sympy as sp
 from ulna.base import Verdict, all_of
 from ulna.geometry.lie import lie_derivative
 from ulna.geometry.smoothness import require_smooth
-from ulna.symbolic.budget import attempt
-from ulna.symbolic.rank import generic_rank, minor_determinant, rank_at
-from ulna.symbolic.simplify import tidy
-from ulna.symbolic.zero import SampledZero
+from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.rank import generic_rank, minor_determinant, rank_at
+from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact.zero import SampledZero
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.operating_point import operating_point
 from ulna.system.system import System

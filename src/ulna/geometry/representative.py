@@ -31,9 +31,9 @@ from sympy import (
     together,
 )
 
-from ulna.symbolic.budget import attempt
-from ulna.symbolic.elimination import normal
-from ulna.symbolic.integrating_factor import exponential
+from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.elimination import normal
+from ulna.symbolic.integration.integrating_factor import exponential
 
 _SECONDS = 0.5
 _STEPS = (Rational(1, 97), Rational(-1, 89), Rational(1, 61), Rational(-1, 53))

@@ -18,10 +18,10 @@ from ulna.sim.job import Job
 from ulna.sim.metrics import BAND, output_metrics
 from ulna.sim.outcome import Outcome
 from ulna.sim.simulate import simulate
-from ulna.symbolic.hoist import Hoisted, hoist
-from ulna.symbolic.kernel import Kernel, kernel
-from ulna.symbolic.lowering.numpy import to_numpy
-from ulna.symbolic.modes import with_modes
+from ulna.symbolic.program.hoist import Hoisted, hoist
+from ulna.symbolic.program.kernel import Kernel, kernel
+from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.symbolic.program.modes import with_modes
 from ulna.system import System
 
 BATCH = 8
@@ -70,7 +70,7 @@ def continuous_figures(job: Job, settings: Continuous, samples: int | None) -> d
 def _compiled(plant: System, settings: Continuous) -> Batch:
     import heyoka as hy
 
-    from ulna.symbolic.lowering.heyoka import to_heyoka
+    from ulna.symbolic.program.lowering.heyoka import to_heyoka
 
     held = [*plant.input_symbols, *plant.parameter_symbols]
     names = {f"{s.name}'": e for s, e in zip(plant.states, plant.inline(plant.rates), strict=True)}

@@ -231,4 +231,3 @@ def _seeds(given: Any, first: int, count: int) -> np.ndarray:
     if seeds.shape != (count,) or seeds.dtype.kind not in "iu" or (seeds.dtype.kind == "i" and (seeds < 0).any()):
         raise SimulationError("seeds of the ensemble", f"they are not {count} whole numbers from 0 on.")
     return seeds.astype(np.uint64)
-

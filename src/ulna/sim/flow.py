@@ -11,7 +11,7 @@ import numpy as np
 from ulna.sim.continuous import Continuous
 from ulna.sim.guards import Flip, Guards, Layout
 from ulna.sim.outcome import Outcome
-from ulna.symbolic.modes import Moded
+from ulna.symbolic.program.modes import Moded
 
 COMPACT_ABOVE = 12
 """Number of states above which straight code takes longer to compile than it is worth."""
@@ -122,7 +122,7 @@ class Flow:
     def _compiled(self, *, bounded: bool) -> Any:
         import heyoka as hy
 
-        from ulna.symbolic.lowering.heyoka import to_heyoka
+        from ulna.symbolic.program.lowering.heyoka import to_heyoka
 
         layout = self._layout
         variables = [hy.expression(f"s{k}") for k in range(len(layout.states))]

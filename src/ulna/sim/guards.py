@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ulna.symbolic.lowering.python_source import to_python
-from ulna.symbolic.modes import Moded
+from ulna.symbolic.program.lowering.python_source import to_python
+from ulna.symbolic.program.modes import Moded
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

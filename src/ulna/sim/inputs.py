@@ -10,8 +10,8 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import SimulationError
-from ulna.symbolic.kernel import kernel
-from ulna.symbolic.lowering.numpy import to_numpy
+from ulna.symbolic.program.kernel import kernel
+from ulna.symbolic.program.lowering.numpy import to_numpy
 
 TIME = sp.Symbol("t", real=True)
 """The time in formulas, in seconds."""

@@ -18,11 +18,11 @@ from ulna.sim.continuous import Continuous
 from ulna.sim.flow import Flow
 from ulna.sim.guards import Layout
 from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
-from ulna.symbolic.hoist import hoist
-from ulna.symbolic.instructions_from_sympy import rounded
-from ulna.symbolic.kernel import Kernel, kernel
-from ulna.symbolic.lowering.python_source import to_python
-from ulna.symbolic.modes import with_modes
+from ulna.symbolic.program.hoist import hoist
+from ulna.symbolic.program.instructions_from_sympy import rounded
+from ulna.symbolic.program.kernel import Kernel, kernel
+from ulna.symbolic.program.lowering.python_source import to_python
+from ulna.symbolic.program.modes import with_modes
 from ulna.system import System
 
 FLOWS_KEPT = 64

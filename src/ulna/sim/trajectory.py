@@ -16,8 +16,8 @@ from ulna.sim.cache import IdentityCache
 from ulna.sim.event import Event
 from ulna.sim.inputs import Input, input_values
 from ulna.sim.outcome import Outcome
-from ulna.symbolic.kernel import Kernel, kernel
-from ulna.symbolic.lowering.numpy import to_numpy
+from ulna.symbolic.program.kernel import Kernel, kernel
+from ulna.symbolic.program.lowering.numpy import to_numpy
 from ulna.system import Signal, System
 
 _READOUTS = IdentityCache(64)

@@ -8,8 +8,8 @@ from functools import lru_cache
 import sympy as sp
 
 from ulna.base.errors import NotAffineError, PlantError
-from ulna.symbolic.text import formula
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.zero import is_zero
+from ulna.symbolic.formulas.text import formula
 from ulna.system.system import System
 
 

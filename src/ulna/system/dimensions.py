@@ -9,7 +9,7 @@ import sympy as sp
 
 from ulna.base.errors import UnitError
 from ulna.base.units import Dimension, dimension_text, unit
-from ulna.symbolic.text import formula
+from ulna.symbolic.formulas.text import formula
 from ulna.system.system import System
 
 _ONE: Dimension = {}

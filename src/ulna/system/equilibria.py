@@ -11,8 +11,8 @@ import sympy as sp
 
 from ulna.base.errors import PlantError
 from ulna.base.verdict import Verdict
-from ulna.symbolic.budget import attempt
-from ulna.symbolic.roots import eliminate, real_roots
+from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.solving.roots import eliminate, real_roots
 from ulna.system.linearise import linearise
 from ulna.system.system import System
 

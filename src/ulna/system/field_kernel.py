@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base.errors import PlantError
-from ulna.symbolic.kernel import Kernel, kernel
+from ulna.symbolic.program.kernel import Kernel, kernel
 from ulna.system.system import System
 
 

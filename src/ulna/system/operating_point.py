@@ -9,9 +9,9 @@ from functools import lru_cache
 import sympy as sp
 
 from ulna.base.verdict import Verdict
-from ulna.symbolic.roots import solutions
-from ulna.symbolic.text import formula
-from ulna.symbolic.zero import is_zero
+from ulna.symbolic.exact.zero import is_zero
+from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.solving.roots import solutions
 from ulna.system.system import System
 
 

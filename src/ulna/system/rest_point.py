@@ -9,8 +9,8 @@ import numpy as np
 import sympy as sp
 
 from ulna.base.errors import PlantError
-from ulna.symbolic.kernel import kernel
-from ulna.symbolic.lowering.numpy import to_numpy
+from ulna.symbolic.program.kernel import kernel
+from ulna.symbolic.program.lowering.numpy import to_numpy
 from ulna.system.system import System
 
 _STEPS = 100

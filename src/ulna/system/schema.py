@@ -12,8 +12,8 @@ import sympy as sp
 
 from ulna.base.errors import PlantError, UnitError
 from ulna.base.units import unit
-from ulna.symbolic.parse import parse_formula
-from ulna.symbolic.text import exact, formula
+from ulna.symbolic.formulas.parse import parse_formula
+from ulna.symbolic.formulas.text import exact, formula
 from ulna.system.dimensions import check_dimensions
 from ulna.system.signal import Definition, Parameter, Signal
 from ulna.system.system import System

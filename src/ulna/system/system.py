@@ -9,8 +9,8 @@ from typing import Any
 import sympy as sp
 
 from ulna.base.errors import PlantError
-from ulna.symbolic.parse import RESERVED
-from ulna.symbolic.text import exact
+from ulna.symbolic.formulas.parse import RESERVED
+from ulna.symbolic.formulas.text import exact
 from ulna.system.signal import Definition, Parameter, Signal, from_si
 
 
@@ -133,7 +133,7 @@ class System:
         raise PlantError(f"parameter '{name}' of '{self.name}'", "there is no such parameter.", f"Known: {known}.")
 
     def _repr_latex_(self) -> str:
-        from ulna.symbolic.latex import system_latex
+        from ulna.symbolic.formulas.latex import system_latex
 
         readouts = {o.name: e for o, e in zip(self.outputs, self.readouts, strict=True)}
         return system_latex({s.name: e for s, e in zip(self.states, self.rates, strict=True)}, readouts)

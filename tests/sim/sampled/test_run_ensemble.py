@@ -234,9 +234,7 @@ def _tiny() -> tuple[System, Sampled]:
     return plant, Sampled(controller=law, period=0.1)
 
 
-def test_a_loop_is_kept_on_disk_and_a_damaged_cache_is_no_harm(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_loop_is_kept_on_disk_and_a_damaged_cache_is_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     cache.compiled.cache_clear()
     plant, loop = _tiny()

@@ -228,9 +228,7 @@ def test_the_sampled_loop_goes_to_the_continuous_one_at_first_order(
     )
     errors = []
     for count in (200, 400, 800):
-        settings = Sampled(
-            controller=LAW, estimator=_injected(), period=2.0 / count, discretisation=discretisation
-        )
+        settings = Sampled(controller=LAW, estimator=_injected(), period=2.0 / count, discretisation=discretisation)
         run = simulate(ARM, [1.0, 0.0], 2.0, time=settings)
         exact = simulate(loop, [1.0, 0.0, 0.0, 0.0], run.times).states[:, :2]
         errors.append(float(np.abs(run.states - exact).max()))
@@ -255,9 +253,7 @@ def test_an_estimator_sees_the_limited_input() -> None:
 
 
 def test_conditional_integration_overshoots_less() -> None:
-    law = _system(
-        "pi", states={"e_int": "r - y"}, inputs={"y": {}, "r": {}}, outputs={"u": "3*(r - y) + 4*e_int"}
-    )
+    law = _system("pi", states={"e_int": "r - y"}, inputs={"y": {}, "r": {}}, outputs={"u": "3*(r - y) + 4*e_int"})
     plant = _system("plant", states={"x": "-x + u"}, inputs={"u": {}}, outputs={"y": "x"})
     peaks = []
     for anti_windup in (None, ConditionalIntegration(states=("e_int",))):

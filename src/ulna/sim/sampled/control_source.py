@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ulna.sim.sampled.discretisation import Euler, ExactHold, RungeKutta4
 from ulna.sim.sampled.loop_writer import LoopWriter
-from ulna.symbolic.hoist import HOISTED
-from ulna.symbolic.kernel import Kernel, restricted
+from ulna.symbolic.program.hoist import HOISTED
+from ulna.symbolic.program.kernel import Kernel, restricted
 
 
 def outputs_of(kernel: Kernel, stem: str) -> Kernel:

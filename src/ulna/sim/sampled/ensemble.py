@@ -116,4 +116,3 @@ def _figures(job: Job, loop: Loop, results: np.ndarray) -> dict[str, Any]:
         "steady_error": last - target,
         "peak_error": np.maximum(np.abs(least - target), np.abs(most - target)),
     }
-

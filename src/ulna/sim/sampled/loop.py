@@ -22,9 +22,9 @@ from ulna.sim.sampled.layout import EndStopPlace, Layout
 from ulna.sim.sampled.sampled import Sampled
 from ulna.sim.sampled.source import loop_source
 from ulna.sim.sampled.wiring import Wiring, wire
-from ulna.symbolic.instructions_from_sympy import rounded
-from ulna.symbolic.kernel import kernel
-from ulna.symbolic.lowering.python_source import to_python
+from ulna.symbolic.program.instructions_from_sympy import rounded
+from ulna.symbolic.program.kernel import kernel
+from ulna.symbolic.program.lowering.python_source import to_python
 from ulna.system import Signal, System
 from ulna.system.linear_injection import LinearInjection
 
@@ -238,9 +238,7 @@ def _held(settings: Sampled, wiring: Wiring) -> np.ndarray:
     return np.concatenate([np.array(values), *(block.ravel() for block in blocks)])
 
 
-def held_matrices(
-    matrix: np.ndarray, period: float, *, interpolate: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def held_matrices(matrix: np.ndarray, period: float, *, interpolate: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(Φ, G₀, G₁), each (n, n), of z' = F z + w with w on a straight line from w₀ to w₁, or held at w₀.
 
     One matrix exponential gives all three: C. F. Van Loan, "Computing integrals involving the matrix exponential",

@@ -219,4 +219,3 @@ def _events(
     if outcome is Outcome.NOT_FINITE:
         found.append(Event(time=ended["end"], kind=EventKind.NOT_FINITE))
     return tuple(sorted(found, key=lambda event: event.time))
-

@@ -29,7 +29,7 @@ class Quantiser:
     @classmethod
     def encoder(cls, *, bits: int, turn: float = 2 * math.pi) -> Quantiser:
         """An encoder of 2^bits codes a turn; it counts turns. turn: SI."""
-        return cls(step=turn / 2**_positive(bits))
+        return cls(step=turn / 2 ** _positive(bits))
 
     @classmethod
     def converter(cls, *, bits: int, lower: float, upper: float) -> Quantiser:

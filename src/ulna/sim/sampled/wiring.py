@@ -10,8 +10,8 @@ import sympy as sp
 from ulna.base import SimulationError
 from ulna.sim.inputs import TIME
 from ulna.sim.sampled.sampled import Sampled
-from ulna.symbolic.hoist import Hoisted, hoist
-from ulna.symbolic.kernel import kernel
+from ulna.symbolic.program.hoist import Hoisted, hoist
+from ulna.symbolic.program.kernel import kernel
 from ulna.system import Signal, System
 from ulna.system.linear_injection import LinearInjection
 
@@ -127,10 +127,7 @@ def _renamed(owners: list[System]) -> list[dict[sp.Symbol, sp.Symbol]]:
     """For each owner: its states to z, its parameters to q."""
     z = iter(numbered("z", sum(len(o.states) for o in owners)))
     q = iter(numbered("q", sum(len(o.parameters) for o in owners)))
-    return [
-        {**{s: next(z) for s in o.state_symbols}, **{s: next(q) for s in o.parameter_symbols}}
-        for o in owners
-    ]
+    return [{**{s: next(z) for s in o.state_symbols}, **{s: next(q) for s in o.parameter_symbols}} for o in owners]
 
 
 class _Found:

@@ -18,7 +18,7 @@ from ulna.design import (
     observer_form,
     state_feedback,
 )
-from ulna.design.observer import error_matrix, exact_observer_in_form_coordinates
+from ulna.design.observers.observer import error_matrix, exact_observer_in_form_coordinates
 from ulna.geometry import accessibility, observability
 from ulna.models import model
 from ulna.studies.paper.chain import XBAR, Choices, U, X, Y, Z

@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.design.observer import error_matrix
+from ulna.design.observers.observer import error_matrix
 from ulna.models.forearm import SmallOscillations
 from ulna.report import plain
 from ulna.studies.paper.compare import Comparison
@@ -18,7 +18,7 @@ from ulna.studies.paper.passive import Passive, rest_angle
 from ulna.studies.paper.printed import Paper
 from ulna.studies.paper.runs import Cause, Loop
 from ulna.studies.paper.verdict import Judged
-from ulna.symbolic.text import formula
+from ulna.symbolic.formulas.text import formula
 from ulna.system import Equilibria
 
 _DIGITS = 6

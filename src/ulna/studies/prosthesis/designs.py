@@ -10,12 +10,12 @@ import numpy as np
 import sympy as sp
 
 from ulna.design import Track, compensator, controller_form, exact_observer, observer_form, state_feedback
-from ulna.design.compensator import StateEstimator
-from ulna.design.extended_state_observer import extended_state_observer, with_disturbance
-from ulna.design.gains import AbstractGainRule
-from ulna.design.input_output import input_output_form
-from ulna.design.law import Law
-from ulna.design.reduced_order import reduced_order
+from ulna.design.control.compensator import StateEstimator
+from ulna.design.control.gains import AbstractGainRule
+from ulna.design.control.law import Law
+from ulna.design.control.reduced_order import reduced_order
+from ulna.design.forms.input_output import input_output_form
+from ulna.design.observers.extended_state_observer import extended_state_observer, with_disturbance
 from ulna.studies.prosthesis.contender import Contender, Tuned
 from ulna.system import Parameter, Signal, System
 

@@ -16,8 +16,8 @@ from typing import Any, no_type_check
 import numpy as np
 
 from ulna.base import OptionalDependencyError
-from ulna.symbolic.kernel import Kernel
-from ulna.symbolic.lowering.python_source import to_python_source
+from ulna.symbolic.program.kernel import Kernel
+from ulna.symbolic.program.lowering.python_source import to_python_source
 
 
 # Compiled by Numba, which cannot read what run-time type checks put around a function.

@@ -16,9 +16,9 @@ from ulna.studies.prosthesis.designs import gain_numbers
 from ulna.studies.prosthesis.loop import compiled_function, compiled_loop
 from ulna.studies.prosthesis.plant import Bench, Draws
 from ulna.studies.prosthesis.tasks import PERIOD, Task
-from ulna.symbolic.hoist import hoist
-from ulna.symbolic.kernel import kernel
-from ulna.symbolic.lowering.numpy import to_numpy
+from ulna.symbolic.program.hoist import hoist
+from ulna.symbolic.program.kernel import kernel
+from ulna.symbolic.program.lowering.numpy import to_numpy
 from ulna.system import System
 
 NOISE = 0.3

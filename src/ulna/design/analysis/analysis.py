@@ -1,0 +1,130 @@
+"""Everything a plant's vector fields say, key by key: `analyse(system)` (keys and values: docs/analysis.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from html import escape
+from time import monotonic
+
+from ulna.base import UlnaError
+from ulna.design.analysis.findings import Finding, not_applicable
+from ulna.design.analysis.large_questions import LARGE, large_findings
+from ulna.design.analysis.questions import GROUPS, law_of_outputs, outputs_answered
+from ulna.symbolic.exact.budget import attempt
+from ulna.system.affine import control_affine
+from ulna.system.field_kernel import field_kernel
+from ulna.system.operating_point import OperatingPoint, given_point, operating_point
+from ulna.system.system import System
+
+SECONDS = 8.0
+"""Time that one group of answers may take; what is not found by then is undecided."""
+SHORT = 150
+"""Operations of rates and outputs up to which formulas are sought for a large plant too, of its given outputs only."""
+TOTAL = 2.5
+"""All groups together may take this many times as long."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Analysis:
+    """The answers to the standard questions about a plant.
+
+    Attributes:
+        system: the plant.
+        point: the operating point at which pointwise questions were asked.
+        findings: by key, each a value with its verdict and evidence.
+    """
+
+    system: System
+    point: OperatingPoint
+    findings: Mapping[str, Finding]
+
+    def __getitem__(self, key: str) -> Finding:
+        return self.findings[key]
+
+    def _repr_html_(self) -> str:
+        """A table for notebooks: question, verdict, answer."""
+        rows = "".join(
+            f"<tr><td>{escape(key)}</td><td>{finding.verdict.status}</td><td>{escape(_short(finding.value))}</td></tr>"
+            for key, finding in self.findings.items()
+        )
+        return f"<table><caption>{escape(self.system.name)}</caption>{rows}</table>"
+
+
+def analyse(system: System, *, seconds: float = SECONDS) -> Analysis:
+    """Answer every question of docs/analysis.md for a plant.
+
+    Args:
+        system: the plant; parameters stay symbolic except where stability needs numbers.
+        seconds: time for each group of answers.
+
+    Raises:
+        NotAffineError: if the plant is not affine in its inputs, the one thing nothing can be said without.
+    """
+    keys = tuple(key for group in GROUPS for key in group)
+    if len(system.states) >= LARGE:
+        return Analysis(system=system, point=given_point(system), findings=_large(system, keys, seconds))
+    control_affine(system)
+    findings: dict[str, Finding] = {}
+    end = monotonic() + TOTAL * seconds
+    for group_keys, group in GROUPS.items():
+        left = max(min(seconds, end - monotonic()), 0.5)
+        findings |= _answered(group_keys, group, system, left)
+    late = tuple(key for key in keys if findings[key].verdict.evidence.get("ran_out"))
+    if late:
+        # Formulas grew too long: numbers still tell ranks and degrees.
+        numbers = _in_numbers(system, late)
+        findings |= {key: numbers[key] for key in late if numbers[key].value is not None}
+    return Analysis(system=system, point=operating_point(system), findings=findings)
+
+
+def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Finding]:
+    """What the numeric road answers; a plant it cannot take leaves every key undecided, with the reason."""
+    try:
+        return large_findings(system, keys)
+    except UlnaError as error:
+        return {key: not_applicable(key, str(error)) for key in keys}
+
+
+def _short(value: object, limit: int = 300) -> str:
+    text = "" if value is None else str(value)
+    return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters)"
+
+
+def _large(system: System, keys: tuple[str, ...], seconds: float) -> dict[str, Finding]:
+    """The numeric road's findings, for a plant of few operations with the formulas of its given outputs."""
+    findings = _in_numbers(system, keys)
+    if not _short_program(system):
+        return findings
+    for question in (outputs_answered, law_of_outputs):
+        try:
+            found = attempt(seconds, "formulas of the outputs", question, system).value
+        except UlnaError:
+            break
+        if found is None:
+            break
+        findings |= found
+    return findings
+
+
+def _short_program(system: System) -> bool:
+    try:
+        return field_kernel(system).kernel.operation_count <= SHORT
+    except UlnaError:
+        return False
+
+
+def _answered(
+    keys: tuple[str, ...], group: Callable[[System], dict[str, Finding]], system: System, seconds: float
+) -> dict[str, Finding]:
+    """The findings of a group; one that fails or runs out of time leaves its keys undecided, with the reason."""
+    try:
+        outcome = attempt(seconds, keys[0], group, system)
+    except UlnaError as error:
+        return {key: not_applicable(key, str(error)) for key in keys}
+    found = outcome.value
+    if found is None:
+        return {key: not_applicable(key, outcome.reason, ran_out=outcome.ran_out) for key in keys}
+    # What has no value of its own shares the verdict of the question it hangs on, the group's first.
+    first = found[keys[0]].verdict
+    return {key: found.get(key, Finding(verdict=first, value=None)) for key in keys}

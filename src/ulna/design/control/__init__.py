@@ -1,0 +1,1 @@
+"""Gains, references, laws, compensators and the loops they close."""

@@ -1,0 +1,177 @@
+"""Gain rules: what turns chains of integrators into a stable linear system (paper eq. 30-31 and the gains of 51)."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from ulna.base.errors import DesignError, FormulaError, UlnaWarning
+from ulna.symbolic.formulas.parse import parse_formula
+from ulna.symbolic.formulas.text import exact, formula
+
+PoleLike = int | float | complex | str | Fraction | sp.Expr
+
+
+class AbstractGainRule(ABC):
+    """A way to choose the characteristic polynomial of each chain of integrators."""
+
+    @abstractmethod
+    def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
+        """For every chain, the coefficients a₀ … a_{r−1} of sʳ + a_{r−1}sʳ⁻¹ + … + a₀, exact and real.
+
+        Raises:
+            DesignError: if the rule does not fit the chains.
+        """
+
+    def coefficients(self, order: int) -> tuple[sp.Expr, ...]:
+        """The coefficients a₀ … a_{r−1} for a single chain."""
+        return self.polynomials((order,))[0]
+
+
+@dataclass(frozen=True, slots=True, init=False)
+class Poles(AbstractGainRule):
+    """Poles to place, exact: `Poles(-2+3.46j, -2-3.46j, -8)`.
+
+    Numbers are taken by their decimal text; text such as `"-2+2*sqrt(3)*j"` is read as a formula. With several
+    chains the poles are dealt out in order, so list each chain's poles together.
+
+    Raises:
+        DesignError: for text that is no number or a complex pole without its conjugate.
+    """
+
+    values: tuple[sp.Expr, ...]
+
+    def __init__(self, *poles: PoleLike) -> None:
+        values = tuple(_pole(p) for p in poles)
+        object.__setattr__(self, "values", values)
+        _require_conjugates(values)
+
+    def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
+        """The polynomials with these poles as roots, dealt out chain by chain; warns of unstable ones."""
+        if len(self.values) != sum(orders):
+            chains = f" in chains of {', '.join(map(str, orders))}" if len(orders) > 1 else ""
+            raise DesignError(
+                "poles",
+                f"{len(self.values)} given ({self}), {sum(orders)} needed{chains}.",
+                "Give one pole per state of each chain.",
+            )
+        unstable = [formula(p) for p in self.values if float(sp.re(p)) >= 0]
+        if unstable:
+            warnings.warn(
+                f"poles {', '.join(unstable)} are not in the open left half-plane: the design is unstable.",
+                UlnaWarning,
+                stacklevel=2,
+            )
+        result, start = [], 0
+        for order in orders:
+            group = self.values[start : start + order]
+            if len(orders) > 1:
+                _require_conjugates(group)
+            result.append(_polynomial(group))
+            start += order
+        return tuple(result)
+
+    def __str__(self) -> str:
+        return ", ".join(formula(p).replace("I", "j") for p in self.values)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinearQuadratic(AbstractGainRule):
+    """Linear-quadratic weights on each chain: minimises ∫ zᵀ diag(state_weights) z + input_weight v² dt.
+
+    Attributes:
+        state_weights: one weight per coordinate of a chain, cyclically reused; nonnegative, the first positive.
+        input_weight: positive weight of the new input v.
+
+    The gains are the nearest short rationals of the Riccati solution (SciPy), so that designs stay exact after it.
+    """
+
+    state_weights: tuple[float, ...] = (1.0,)
+    input_weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        usable = self.state_weights and self.state_weights[0] > 0 and all(w >= 0 for w in self.state_weights)
+        if not usable or self.input_weight <= 0:
+            raise DesignError(
+                "linear-quadratic weights",
+                f"state_weights={self.state_weights}, input_weight={self.input_weight}.",
+                "The first state weight and the input weight must be positive, the others nonnegative.",
+            )
+
+    def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
+        """The optimal closed-loop polynomial of every chain."""
+        return tuple(self._chain(order) for order in orders)
+
+    def _chain(self, order: int) -> tuple[sp.Expr, ...]:
+        from scipy.linalg import solve_continuous_are
+
+        shift = np.eye(order, k=1)
+        last = np.zeros((order, 1))
+        last[-1, 0] = 1.0
+        weights = [self.state_weights[min(k, len(self.state_weights) - 1)] for k in range(order)]
+        riccati = solve_continuous_are(shift, last, np.diag(weights), np.array([[self.input_weight]]))
+        gains = (last.T @ riccati / self.input_weight).ravel()
+        return tuple(exact(float(f"{gain:.12g}")) for gain in gains)
+
+
+def roots_of(polynomials: Sequence[Sequence[sp.Expr]]) -> tuple[complex, ...]:
+    """The poles, in 1/s, of monic polynomials given by their coefficients a₀ … a_{r−1} (parameters need values)."""
+    poles: list[complex] = []
+    for coefficients in polynomials:
+        exact_polynomial = sp.Poly([sp.Integer(1), *reversed(coefficients)], sp.Dummy("s"))
+        poles += [complex(root) for root in exact_polynomial.nroots(n=30, maxsteps=200)]
+    return tuple(poles)
+
+
+def _polynomial(poles: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+    coefficients: list[sp.Expr] = [sp.Integer(1)]  # high power first
+    for pole in poles:
+        shifted = [*coefficients, sp.Integer(0)]
+        for k, value in enumerate(coefficients):
+            shifted[k + 1] = sp.expand(shifted[k + 1] - pole * value)
+        coefficients = shifted
+    return tuple(sp.nsimplify(sp.re(c)) if c.has(sp.I) else c for c in reversed(coefficients[1:]))
+
+
+def _require_conjugates(poles: Sequence[sp.Expr]) -> None:
+    rest = list(poles)
+    while rest:
+        pole = rest.pop()
+        if sp.im(pole) == 0:
+            continue
+        partner = next((p for p in rest if sp.expand(p - sp.conjugate(pole)) == 0), None)
+        if partner is None:
+            shown = formula(pole).replace("I", "j")
+            wanted = formula(sp.conjugate(pole)).replace("I", "j")
+            raise DesignError(f"pole {shown}", "its complex conjugate is missing.", f"Add {wanted} beside it.")
+        rest.remove(partner)
+
+
+def _pole(value: Any) -> sp.Expr:
+    try:
+        if isinstance(value, str):
+            return _pole_text(value)
+        if isinstance(value, complex):
+            return exact(value.real) + sp.I * exact(value.imag)
+        if isinstance(value, sp.Expr):
+            if not value.is_number or value.has(sp.zoo, sp.nan, sp.oo):
+                raise ValueError
+            return value
+        return exact(value)
+    except (ValueError, TypeError, FormulaError):
+        raise DesignError(f"pole {value!r}", "it is not a finite number.", "Write -3, -2+3.46j or -2-3.46j.") from None
+
+
+def _pole_text(text: str) -> sp.Expr:
+    unit = sp.Symbol("j", real=True)
+    spaced = re.sub(r"(?<=[\d.)])\s*[ji]\b", "*j", text.strip())
+    spaced = re.sub(r"(?<![\w.])i\b", "j", spaced)
+    return sp.expand(parse_formula(spaced, {"j": unit}, where=f"pole '{text}'").subs(unit, sp.I))

@@ -1,0 +1,161 @@
+"""Feedback laws: nonlinearities cancelled, the chains of integrators given the chosen dynamics (paper eq. 30-32)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import sympy as sp
+
+from ulna.base.errors import DesignError
+from ulna.design.control.gains import AbstractGainRule
+from ulna.design.control.reference import AbstractReference, ReferenceChain, Regulate
+from ulna.symbolic.exact.simplify import shortened
+from ulna.system.affine import ControlAffine
+from ulna.system.signal import Signal
+from ulna.system.system import System
+
+
+@runtime_checkable
+class LinearisingForm(Protocol):
+    """What a law needs of a form: chains z with z⁽ʳ⁾ = α(x) + β(x) u."""
+
+    @property
+    def system(self) -> System:
+        """The plant."""
+        ...
+
+    @property
+    def view(self) -> ControlAffine:
+        """Its control-affine view."""
+        ...
+
+    @property
+    def outputs(self) -> tuple[sp.Expr, ...]:
+        """(m,) linearising outputs."""
+        ...
+
+    @property
+    def indices(self) -> tuple[int, ...]:
+        """(m,) chain lengths r."""
+        ...
+
+    @property
+    def chain(self) -> sp.ImmutableDenseMatrix:
+        """(Σr, 1) the chains z in x."""
+        ...
+
+    @property
+    def alpha(self) -> sp.ImmutableDenseMatrix:
+        """(m, 1) drift of the last coordinates."""
+        ...
+
+    @property
+    def beta(self) -> sp.ImmutableDenseMatrix:
+        """(m, m) input matrix of the last coordinates."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Law:
+    """A feedback law u = β⁻¹ (v − α), v = −K (z − z_ref) + feedforward.
+
+    Attributes:
+        form: the form it was designed in.
+        gains: (m, sum of chain lengths) K, exact, zero outside each chain's own coordinates.
+        polynomials: for each chain the coefficients a₀ … of its characteristic polynomial, the integrator's included.
+        integral_gains: (m,) gain on ∫(z₁ − z_ref) of each chain, or empty.
+        expressions: (m, 1) the law in x (and references, integrator states).
+        system: the law as a system: inputs the plant's states and the references, outputs the plant's inputs;
+            it has states only with integral action.
+    """
+
+    form: LinearisingForm
+    gains: sp.ImmutableDenseMatrix
+    polynomials: tuple[tuple[sp.Expr, ...], ...]
+    integral_gains: tuple[sp.Expr, ...]
+    expressions: sp.ImmutableDenseMatrix
+    system: System
+
+    def _repr_latex_(self) -> str:
+        from ulna.symbolic.formulas.latex import expression_latex
+
+        u = sp.Matrix(list(self.form.view.u))
+        return f"$${sp.latex(u)} = {expression_latex(self.expressions)}$$"
+
+
+def state_feedback(
+    form: LinearisingForm,
+    gains: AbstractGainRule,
+    *,
+    reference: AbstractReference | None = None,
+    integral: bool = False,
+) -> Law:
+    """The law that gives every chain the characteristic polynomial of the gain rule.
+
+    Args:
+        form: controller form or input-output form.
+        gains: `Poles(...)` or `LinearQuadratic(...)`; with `integral`, one more pole per chain.
+        reference: `Regulate()` (default, the paper's), `SetPoint()` or `Track()`.
+        integral: add ∫(z₁ − z_ref) dt to every chain, which removes constant offsets.
+
+    Raises:
+        DesignError: if the gain rule does not fit the chains.
+    """
+    if not form.indices:
+        raise DesignError(f"a law for '{form.system.name}'", "the plant has no inputs.")
+    extra = 1 if integral else 0
+    polynomials = gains.polynomials([r + extra for r in form.indices])
+    chains = [
+        (reference or Regulate()).chain(form.system, output, k, r)
+        for k, (output, r) in enumerate(zip(form.outputs, form.indices, strict=True))
+    ]
+    signals = tuple(s for chain in chains for s in chain.signals)
+    memories = tuple(Signal(name=f"e{k + 1}_int", text="integral of the error") for k in range(len(chains) * extra))
+    errors = _errors(form, chains)
+    v = sp.Matrix([_new_input(k, errors[k], chains[k], polynomials[k], memories) for k in range(len(chains))])
+    expressions = sp.ImmutableDenseMatrix((form.beta.inv() * (v - form.alpha)).applyfunc(shortened))
+    return Law(
+        form=form,
+        gains=_gain_matrix(form.indices, [p[extra:] for p in polynomials]),
+        polynomials=polynomials,
+        integral_gains=tuple(p[0] for p in polynomials) if integral else (),
+        expressions=expressions,
+        system=System(
+            name=f"law of {form.system.name}",
+            text="feedback-linearising law",
+            states=memories,
+            rates=tuple(errors[k][0] for k in range(len(memories))),
+            inputs=(*form.system.states, *signals),
+            outputs=form.system.inputs,
+            readouts=tuple(expressions),
+            parameters=form.system.parameters,
+        ),
+    )
+
+
+def _errors(form: LinearisingForm, chains: list[ReferenceChain]) -> list[list[sp.Expr]]:
+    """z − z_ref of every chain, in x."""
+    errors, start = [], 0
+    for chain, order in zip(chains, form.indices, strict=True):
+        errors.append([form.chain[start + j] - chain.values[j] for j in range(order)])
+        start += order
+    return errors
+
+
+def _new_input(
+    k: int, error: list[sp.Expr], chain: ReferenceChain, polynomial: tuple[sp.Expr, ...], memories: tuple[Signal, ...]
+) -> sp.Expr:
+    """v = z_ref⁽ʳ⁾ − Σ a_j (z_j − z_ref,j), the integral of the first error in front where there is one."""
+    terms = ([memories[k].symbol] if memories else []) + error
+    return chain.values[-1] - sum((a * e for a, e in zip(polynomial, terms, strict=True)), sp.Integer(0))
+
+
+def _gain_matrix(indices: tuple[int, ...], polynomials: list[tuple[sp.Expr, ...]]) -> sp.ImmutableDenseMatrix:
+    gains = sp.zeros(len(indices), sum(indices))
+    start = 0
+    for k, (order, polynomial) in enumerate(zip(indices, polynomials, strict=True)):
+        for j in range(order):
+            gains[k, start + j] = polynomial[j]
+        start += order
+    return sp.ImmutableDenseMatrix(gains)

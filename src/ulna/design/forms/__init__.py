@@ -1,0 +1,1 @@
+"""Controller form, input-output form and what decides whether they exist: linearisability, extension, flatness."""

@@ -1,0 +1,123 @@
+"""The linearising law of a large plant as a compiled program: Lie derivatives by jets, no formula ever written."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from ulna.base import NoFormError, Verdict
+from ulna.symbolic.program.affine_inputs import solved_for_inputs
+from ulna.symbolic.program.jet import lie_derivatives
+from ulna.symbolic.program.kernel import Kernel, restricted
+from ulna.symbolic.program.linear_kernel import joined, solved
+from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.symbolic.program.tangent import at_zero, tangents
+from ulna.system.field_kernel import FieldKernel, field_kernel
+from ulna.system.system import System
+
+SEED = 20140
+POINTS = 5
+TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompiledLaw:
+    """u = β⁻¹ (v − α) as a kernel.
+
+    Attributes:
+        system: the plant; indices: (m,) relative degrees of the outputs.
+        law: kernel with inputs the states and v1, v2, …, outputs the plant's inputs.
+        lie: kernel of α (outputs `h1:r`, …) and β (outputs `h1:r/u1`, …) in the states.
+        verdict: on the relative degrees and β, from random points.
+    """
+
+    system: System
+    indices: tuple[int, ...]
+    law: Kernel
+    lie: Kernel
+    verdict: Verdict
+
+
+def compiled_law(system: System, outputs: Sequence[sp.Expr] | None = None) -> CompiledLaw:
+    """The input-output linearising law of a square plant, compiled.
+
+    The k-th Lie derivative is k! times a Taylor coefficient of the output along the flow; the decoupling matrix is its
+    slope in the inputs. Relative degrees and pivots are judged at random points.
+
+    Args:
+        system: as many outputs as inputs; parameters need values.
+        outputs: (m,) functions of the state instead of the plant's outputs.
+
+    Raises:
+        NoFormError: if the plant is not square, an input never reaches an output, or β is singular.
+        UlnaError: for a plant with non-smooth functions.
+    """
+    field = field_kernel(system, outputs)
+    m = len(field.inputs)
+    asked = f"a compiled law for '{system.name}'"
+    if len(field.functions) != m or not m:
+        raise NoFormError(asked, f"{len(field.functions)} outputs, {m} inputs.", "Give as many outputs as inputs.")
+    indices, degree = relative_degrees(field)
+    if any(r is None for r in indices):
+        which = ", ".join(f"number {k + 1}" for k, r in enumerate(indices) if r is None)
+        raise NoFormError(asked, f"no input reaches output {which}.", "Choose other outputs.", value=degree)
+    degrees = tuple(r for r in indices if r is not None)
+    tops = [f"{h}:{r}" for h, r in zip(field.functions, degrees, strict=True)]
+    derivatives = lie_derivatives(field.kernel, field.states, field.rates, max(degrees))
+    top = restricted(derivatives, tops)
+    slopes = at_zero(tangents(top, field.inputs), field.inputs)
+    new = tuple(f"v{k + 1}" for k in range(m))
+    lie = joined("Lie derivatives", [at_zero(top, field.inputs), slopes], new)
+    matrix = [[f"{label}/{u}" for u in field.inputs] for label in tops]
+    sample = _sampled(restricted(lie, [e for row in matrix for e in row]), field, 1)[0].reshape(m, m)
+    rank = int(np.linalg.matrix_rank(sample, tol=TOLERANCE * max(1.0, float(np.abs(sample).max()))))
+    if rank < m:
+        value = Verdict.refuted("the decoupling matrix is invertible", rank=rank, seed=SEED)
+        found = f"its decoupling matrix has rank {rank} instead of {m} at a random point."
+        raise NoFormError(asked, found, "Try `dynamic_extension`." if m > 1 else "", value=value)
+    name, wanted = f"law of {system.name}", list(zip(new, tops, strict=True))
+    generic = np.random.default_rng(SEED).uniform(0.2, 1.2, len(top.inputs))
+    law = solved_for_inputs(name, top, field.inputs, wanted, list(generic))
+    if law is None:
+        law = solved(name, lie, matrix, wanted, field.inputs, sample)
+    return CompiledLaw(system=system, indices=degrees, law=law, lie=lie, verdict=degree)
+
+
+def relative_degrees(field: FieldKernel) -> tuple[tuple[int | None, ...], Verdict]:
+    """The relative degree of every function, judged at random points; None where no input reaches it."""
+    n = len(field.states)
+    found: dict[str, int] = {}
+    order = 1
+    while order <= n and len(found) < len(field.functions):
+        derivatives = lie_derivatives(field.kernel, field.states, field.rates, order)
+        for label, reached in _reached(derivatives, field).items():
+            function, _, k = label.rpartition(":")
+            if reached and function not in found:
+                found[function] = int(k)
+        order = n + 1 if order == n else min(2 * order, n)
+    verdict = Verdict.supported("the relative degrees are these", points=POINTS, seed=SEED, tolerance=TOLERANCE)
+    return tuple(found.get(h) for h in field.functions), verdict
+
+
+def _reached(derivatives: Kernel, field: FieldKernel) -> dict[str, bool]:
+    """Whether some input moves each Lie derivative at a random point."""
+    slopes = tangents(derivatives, field.inputs)
+    values = np.abs(_sampled(slopes, field, POINTS)).max(axis=0)
+    scale = np.abs(_sampled(derivatives, field, POINTS)).max(axis=0)
+    size = dict(zip(derivatives.outputs, scale, strict=True))
+    reached = dict.fromkeys(derivatives.outputs, False)
+    for label, value in zip(slopes.outputs, values, strict=True):
+        output, _, _ = label.rpartition("/")
+        reached[output] |= bool(value > TOLERANCE * max(1.0, float(size[output])))
+    return reached
+
+
+def _sampled(program: Kernel, field: FieldKernel, points: int) -> np.ndarray:
+    """(points, outputs) values at random states with the inputs at random values too; v at zero."""
+    generator = np.random.default_rng(SEED)
+    known = {*field.states, *field.inputs}
+    columns = [generator.uniform(0.2, 1.2, points) if name in known else np.zeros(points) for name in program.inputs]
+    return np.stack(to_numpy(program)(*columns), axis=1)

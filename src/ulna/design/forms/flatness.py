@@ -1,0 +1,63 @@
+"""Flat outputs: functions whose time courses determine all states and inputs (Fliess, Lévine, Martin, Rouchon 1995)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from ulna.base.errors import PlantError
+from ulna.base.verdict import Verdict
+from ulna.design.forms.dynamic_extension import dynamic_extension
+from ulna.geometry.relative_degree import relative_degree_of
+from ulna.symbolic.formulas.text import formula
+from ulna.system.affine import control_affine
+from ulna.system.system import System
+
+
+def flat_output(system: System, outputs: Sequence[sp.Expr], *, seconds: float = 8.0) -> Verdict:
+    """Whether functions of the state are a flat output, generically.
+
+    They are if and only if dynamic extension ends with relative degrees that add up to the dimension of the extended
+    plant; for a single input, if and only if the relative degree is n.
+
+    Args:
+        system: the plant.
+        outputs: as many functions of the state as the plant has inputs.
+        seconds: s, for everything together.
+
+    Returns:
+        A verdict whose evidence holds the relative degrees, the states added and the expression whose zeros are
+        singular; refuted with the number of states that the outputs do not determine.
+
+    Raises:
+        PlantError: if an output holds symbols that are neither states nor parameters.
+    """
+    claim = f"({', '.join(formula(h) for h in outputs)}) is a flat output"
+    known = {*system.state_symbols, *system.parameter_symbols}
+    for h in outputs:
+        strange = sorted(s.name for s in h.free_symbols - known)
+        if strange:
+            raise PlantError(
+                f"flat output {formula(h)} of '{system.name}'", f"{', '.join(strange)} is no state or parameter."
+            )
+    m, n = len(system.inputs), len(system.states)
+    if len(outputs) != m:
+        return Verdict.refuted(claim, reason=f"{len(outputs)} functions for {m} inputs: as many are needed")
+    degree = relative_degree_of(tuple(outputs), control_affine(system))
+    if degree.invertible.holds and degree.total == n:
+        return Verdict.proved(claim, relative_degrees=degree.per_output, states_added=(), singular=degree.singular)
+    if m == 1:
+        reason = f"with one input its relative degree must be {n}"
+        return Verdict.refuted(claim, reason=reason, relative_degrees=degree.per_output)
+    extension = dynamic_extension(system, outputs=outputs, seconds=seconds)
+    evidence = {"relative_degrees": extension.indices, "states_added": tuple(str(s) for s in extension.added)}
+    if extension.verdict.fails:
+        return Verdict.refuted(claim, because=extension.verdict.claim, **extension.verdict.evidence)
+    if extension.system is None:
+        return Verdict.undecided(claim, because=extension.verdict.claim, **extension.verdict.evidence)
+    evidence |= {"singular": extension.singular, "feedback": extension.feedback}
+    if extension.complete.fails:
+        hidden = len(extension.system.states) - sum(extension.indices)
+        return Verdict.refuted(claim, reason=f"{hidden} states are not determined by the outputs", **evidence)
+    return Verdict(claim=claim, status=extension.complete.status, evidence=evidence)

@@ -1,0 +1,254 @@
+"""Linearising outputs: functions h_1 … h_m whose relative degrees add up to n, found without a given output.
+
+A function with controllability index k has dh ⊥ G_{k−2}. The search goes down the indices: at each of them the
+annihilator of G_{k−2} is spanned by what is known already (dh, dL_f h, …) and by as many new differentials as there
+are indices k (Isidori, Nonlinear Control Systems, proof of theorem 5.2.3). Given outputs and states are tried first,
+then the distribution is integrated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import sympy as sp
+
+from ulna.base import Verdict, all_of
+from ulna.design.forms.linearisability import Linearisability, linearisability
+from ulna.geometry.accessibility import Accessibility
+from ulna.geometry.distribution import Distribution, filtration
+from ulna.geometry.frobenius import first_integrals
+from ulna.geometry.integrate_form import integrate
+from ulna.geometry.lie import lie_derivative
+from ulna.geometry.oneform import closed, one_form
+from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
+from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.linear import inverse_last_row, nullspace
+from ulna.symbolic.exact.rank import generic_rank, rank_at
+from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact.zero import SampledZero
+from ulna.system.system import System
+
+_SECONDS = 4.0
+_FILTER = SampledZero(points=4, seconds=0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinearisingOutputs:
+    """Functions of the state that make the plant a set of chains of integrators.
+
+    Attributes:
+        linearisability: the conditions.
+        functions: (m,) by falling controllability index, or in the plant's order if all are outputs of it; None where
+            there are none or none were found.
+        origins: (m,) where each comes from: `output y`, `state x1`, `integration`.
+        relative_degree: the functions' relative degrees; None without functions.
+        verdict: refuted if the plant is not linearisable, undecided if the search found nothing, else how sure it is
+            that the relative degrees add up to n and the decoupling matrix is generically invertible.
+    """
+
+    linearisability: Linearisability
+    functions: tuple[sp.Expr, ...] | None
+    origins: tuple[str, ...]
+    relative_degree: RelativeDegree | None
+    verdict: Verdict
+
+
+@lru_cache(maxsize=32)
+def linearising_outputs(system: System) -> LinearisingOutputs:
+    """Find outputs for which the plant is exactly linearisable by feedback.
+
+    Raises:
+        NotAffineError: if the plant is not affine in its inputs.
+        UlnaError: if a field is not smooth.
+    """
+    conditions = linearisability(system)
+    claim = f"'{system.name}' has linearising outputs"
+    if not conditions.verdict.holds:
+        judged = conditions.verdict
+        verdict = Verdict(claim=claim, status=judged.status, evidence={**judged.evidence, "because": judged.claim})
+        return _none(conditions, verdict)
+    if conditions.accessibility.ranks[0].value < len(conditions.accessibility.view.u):
+        reason = "the input fields are dependent: some inputs are redundant"
+        return _none(conditions, Verdict.refuted(claim, reason=reason, rank=conditions.accessibility.ranks[0].value))
+    regular = conditions.at_point.holds
+    search = _Search(found=conditions.accessibility, regular=regular)
+    chosen = search.run(conditions.indices)
+    if chosen is None:
+        return _none(conditions, Verdict.undecided(claim, tried="given outputs, states, integration of the G_i"))
+    chosen = _in_given_order(chosen, conditions.accessibility)
+    functions = tuple(function for function, _ in chosen)
+    relative = relative_degree_of(functions, conditions.accessibility.view)
+    return LinearisingOutputs(
+        linearisability=conditions,
+        functions=functions,
+        origins=tuple(origin for _, origin in chosen),
+        relative_degree=relative,
+        verdict=replace(linearises(relative), claim=claim),
+    )
+
+
+def _in_given_order(chosen: list[tuple[sp.Expr, str]], found: Accessibility) -> list[tuple[sp.Expr, str]]:
+    given = [f"output {o.name}" for o in found.view.system.outputs]
+    if all(origin in given for _, origin in chosen):
+        return sorted(chosen, key=lambda one: given.index(one[1]))
+    return chosen
+
+
+def linearises(relative: RelativeDegree) -> Verdict:
+    """Whether outputs with these relative degrees linearise the whole state on an open dense set."""
+    n, m = len(relative.view.x), len(relative.view.u)
+    claim = "the outputs linearise the whole state"
+    if len(relative.outputs) != m:
+        return Verdict.refuted(claim, outputs=len(relative.outputs), inputs=m, reason="not one output for each input")
+    if not relative.certainty.holds:
+        return Verdict.undecided(claim, because=relative.certainty.claim)
+    if relative.total != n:
+        reason = f"the relative degrees {relative.per_output} do not add up to {n}"
+        return Verdict.refuted(claim, per_output=relative.per_output, states=n, reason=reason)
+    return all_of(claim, [relative.invertible, relative.certainty], per_output=relative.per_output)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LastRow:
+    """The last row q of the inverse controllability matrix of a plant with one input (the paper's section 3).
+
+    Attributes:
+        row: (1, n) q; None if G_{n−2} is not involutive (then no multiple of q is closed) or it was not found in time.
+        closed: whether dq = 0, so that T₁ = ∫q.
+        factor: μ with μ q = dT₁ for the linearising output T₁ that was found; None without one.
+    """
+
+    row: sp.ImmutableDenseMatrix | None
+    closed: Verdict
+    factor: sp.Expr | None
+
+
+def last_row(found: LinearisingOutputs) -> LastRow | None:
+    """q, whether it is closed, and its integrating factor; None where there is not one input or rank n.
+
+    With the paper's bracket μ = L_{ad_f^{n−1} g} T₁ = L_g L_f^{n−1} T₁, the decoupling term itself.
+    """
+    access = found.linearisability.accessibility
+    view = access.view
+    if len(view.u) != 1 or access.rank < len(view.x):
+        return None
+    claim = "the last row q is closed"
+    if found.linearisability.involutive.fails:
+        involution = found.linearisability.involutive
+        verdict = Verdict.refuted(claim, **{**involution.evidence, "because": involution.claim})
+        return LastRow(row=None, closed=verdict, factor=None)
+    factor = None
+    if found.functions is not None and found.relative_degree is not None:
+        factor = found.relative_degree.decoupling[0, 0]
+        entries = [tidy(found.functions[0].diff(x) / factor, seconds=0.3) for x in view.x]
+        row: sp.ImmutableDenseMatrix | None = sp.ImmutableDenseMatrix([entries])
+    else:
+        solution = inverse_last_row(access.matrix).solution
+        row = None if solution is None else sp.ImmutableDenseMatrix(solution)
+    if row is None:
+        verdict = Verdict.undecided(claim, tried="the inverse of the controllability matrix")
+    else:
+        verdict = replace(closed(one_form(row, view.x)), claim=claim)
+    return LastRow(row=row, closed=verdict, factor=factor)
+
+
+def _none(conditions: Linearisability, verdict: Verdict) -> LinearisingOutputs:
+    return LinearisingOutputs(
+        linearisability=conditions, functions=None, origins=(), relative_degree=None, verdict=verdict
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Search:
+    """The search down the controllability indices; `regular` if the operating point is a regular one."""
+
+    found: Accessibility
+    regular: bool
+
+    def run(self, indices: tuple[int, ...]) -> list[tuple[sp.Expr, str]] | None:
+        chosen: list[tuple[sp.Expr, str]] = []
+        chains: list[tuple[int, list[sp.Expr]]] = []
+        for index in sorted(set(indices), reverse=True):
+            for _ in range(indices.count(index)):
+                known = [e for own, chain in chains for e in chain[: own - index + 1]]
+                new = self._next(index, known)
+                if new is None:
+                    return None
+                chosen.append(new)
+                chains.append((index, self._chain(new[0], index)))
+        return chosen
+
+    def _chain(self, function: sp.Expr, length: int) -> list[sp.Expr]:
+        view, chain = self.found.view, [function]
+        for _ in range(length - 1):
+            chain.append(lie_derivative(chain[-1], view.f, view.x))
+        return chain
+
+    def _next(self, index: int, known: list[sp.Expr]) -> tuple[sp.Expr, str] | None:
+        """A function with dh ⊥ G_{index−2}, independent of the known ones, where possible at the operating point."""
+        span = self._short_span(index - 2)
+        spare: tuple[sp.Expr, str] | None = None
+        for function, origin in self._candidates(span):
+            if not self._independent([*known, function]):
+                continue
+            if not self.regular or self._independent_at_point([*known, function]):
+                return function, origin
+            spare = spare or (function, origin)
+        return spare
+
+    def _short_span(self, level: int) -> Distribution:
+        """G_level by short fields: its brackets may be thousands of times longer."""
+        view = self.found.view
+        if level < 0:
+            return Distribution(coordinates=view.x, fields=())
+        short = attempt(_SECONDS, "short fields", filtration, view.f, view.input_fields, view.x, level)
+        return short.value[-1] if short.value is not None else self.found.distribution(level)
+
+    def _candidates(self, span: Distribution) -> Iterator[tuple[sp.Expr, str]]:
+        view = self.found.view
+        outputs = [(h, f"output {o.name}") for h, o in zip(view.h, view.system.outputs, strict=True)]
+        states = [(x, f"state {x.name}") for x in view.x]
+        for function, origin in (*outputs, *states):
+            if self._constant_along(function, span):
+                yield function, origin
+        for near in self._base_points():
+            yield from ((function, "integration") for function in self._integrated(span, near))
+
+    def _base_points(self) -> Iterable[Mapping[sp.Symbol, sp.Expr]]:
+        """The operating point, and a regular one for plants that are singular there."""
+        yield self.found.point
+        if self.regular:
+            return
+        generic = self.found.ranks[-1].point or {}
+        yield {x: generic.get(x, sp.Integer(0)) for x in self.found.view.x}
+
+    def _integrated(self, span: Distribution, near: Mapping[sp.Symbol, sp.Expr]) -> Iterator[sp.Expr]:
+        x = self.found.view.x
+        if len(span.fields) == len(x) - 1:
+            kernel = nullspace(span.matrix.T)
+            if kernel:
+                hints = [self.found.singular] if self.found.singular is not None else []
+                value = integrate(one_form(kernel[0], x), hints, near=near, seconds=_SECONDS).value
+                if value is not None:
+                    yield value
+                return
+        yield from first_integrals(span, near=near, seconds=_SECONDS).found
+
+    def _constant_along(self, function: sp.Expr, span: Distribution) -> bool:
+        x = self.found.view.x
+        slopes = [function.diff(c) for c in x]
+        if all(s == 0 for s in slopes):
+            return False
+        return all(_FILTER(lie_derivative(function, field, x)).holds for field in span.fields)
+
+    def _independent(self, functions: list[sp.Expr]) -> bool:
+        return generic_rank(self._differentials(functions), seconds=0).value == len(functions)
+
+    def _independent_at_point(self, functions: list[sp.Expr]) -> bool:
+        return rank_at(self._differentials(functions), self.found.point, seconds=0).value == len(functions)
+
+    def _differentials(self, functions: list[sp.Expr]) -> sp.ImmutableDenseMatrix:
+        x = self.found.view.x
+        return sp.ImmutableDenseMatrix([[h.diff(c) for c in x] for h in functions])

@@ -1,0 +1,38 @@
+"""Minimum phase: the stability class of a plant's zero dynamics at its operating point."""
+
+from __future__ import annotations
+
+from ulna.base.verdict import Verdict
+from ulna.design.internal.critical_class import StabilityClass
+from ulna.design.internal.equilibrium_class import EquilibriumClass, equilibrium_class
+from ulna.design.internal.zero_dynamics import ZeroDynamics
+from ulna.system.system import System
+
+
+def minimum_phase(dynamics: ZeroDynamics, *, seconds: float = 5.0) -> EquilibriumClass:
+    """The class of the zero dynamics at the equilibrium in, or nearest to, the operating point.
+
+    Without zero dynamics a plant is minimum phase trivially: exponential.
+
+    Args:
+        dynamics: zero dynamics of a plant.
+        seconds: s.
+    """
+    system = dynamics.system
+    if system is None:
+        empty = System(name=f"zero dynamics of {dynamics.plant.name}", states=(), rates=())
+        claim = "the zero dynamics have a stability class"
+        verdict = Verdict.undecided(claim, because=dynamics.verdict, **dynamics.verdict.evidence)
+        return EquilibriumClass(
+            system=empty, equilibrium={}, stability=StabilityClass.UNDECIDED, eigenvalues=(), verdict=verdict
+        )
+    if not system.states:
+        return EquilibriumClass(
+            system=system,
+            equilibrium={},
+            stability=StabilityClass.EXPONENTIAL,
+            eigenvalues=(),
+            verdict=Verdict.proved("the plant is minimum phase", reason="it has no zero dynamics"),
+        )
+    near = {x: dynamics.point[x] for x in system.state_symbols}
+    return equilibrium_class(system, near=near, seconds=seconds)

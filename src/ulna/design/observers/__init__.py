@@ -1,0 +1,1 @@
+"""Observer forms, output transformations, and every kind of observer."""

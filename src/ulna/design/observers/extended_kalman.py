@@ -1,0 +1,115 @@
+"""Extended Kalman filter in continuous time (Kalman and Bucy; Gelb, Applied Optimal Estimation, 1974, section 6.1).
+
+x̂' = f(x̂) + g(x̂) u + P Hᵀ R⁻¹ (y − h(x̂)), P' = F P + P Fᵀ + Q − P Hᵀ R⁻¹ H P with F = ∂(f + g u)/∂x and H = ∂h/∂x at x̂.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import sympy as sp
+
+from ulna.base.errors import DesignError, PlantError
+from ulna.base.verdict import Verdict
+from ulna.design.observers.observer import Observer, controlled_rates, estimate_symbols, estimator_system
+from ulna.design.observers.output_functions import output_symbols
+from ulna.geometry.observability import observability
+from ulna.symbolic.formulas.text import exact
+from ulna.system.affine import control_affine
+from ulna.system.signal import Signal
+from ulna.system.system import System
+
+
+def extended_kalman_filter(
+    system: System,
+    *,
+    process_noise: Sequence[Any] | Mapping[str, Any] | None = None,
+    measurement_noise: Sequence[Any] | Mapping[str, Any] | None = None,
+    initial_covariance: Sequence[Any] | Mapping[str, Any] | None = None,
+) -> Observer:
+    """The filter as a system with n estimates and the n(n+1)/2 entries `cov_<state>_<state>` of P.
+
+    It converges locally where the plant is observable along the motion; nothing is promised from afar.
+
+    Args:
+        system: a plant with at least one output.
+        process_noise: (n,) spectral densities, the diagonal of Q, by position or by state name; 1 where left out.
+        measurement_noise: (p,) spectral densities, the diagonal of R; 1 where left out.
+        initial_covariance: (n,) the diagonal of P at the start; 1 where left out.
+
+    Raises:
+        PlantError: for a plant without output.
+        DesignError: for weights that are no numbers, of the wrong sign or number, or under unknown names.
+    """
+    view = control_affine(system)
+    if not len(view.h):
+        raise PlantError(f"extended Kalman filter of '{system.name}'", "the plant has no output.", "Add [outputs].")
+    Q = _diagonal(process_noise, [s.name for s in system.states], "process noise", positive=False)
+    R = _diagonal(measurement_noise, [s.name for s in system.outputs], "measurement noise", positive=True)
+    start = _diagonal(initial_covariance, [s.name for s in system.states], "initial covariance", positive=False)
+    hats = estimate_symbols(system)
+    onto = dict(zip(view.x, hats, strict=True))
+    P, entries = _covariance(system)
+    drift = controlled_rates(view)
+    F = drift.jacobian(list(view.x)).xreplace(onto)
+    H = sp.Matrix(view.h.jacobian(list(view.x))).xreplace(onto)
+    gain = P * H.T * R.inv()
+    innovation = sp.Matrix(list(output_symbols(view))) - sp.Matrix(view.h).xreplace(onto)
+    riccati = F * P + P * F.T + Q - gain * H * P
+    further = {Signal(name=name, text=f"covariance of {a} and {b}"): riccati[i, j] for name, a, b, i, j in entries}
+    rates = list(drift.xreplace(onto) + gain * innovation)
+    return Observer(
+        plant=system,
+        form=None,
+        gains=sp.ImmutableDenseMatrix(sp.diag(Q, R)),
+        polynomials=(),
+        system=estimator_system(view, rates, "extended Kalman filter", further=further),
+        valid=_locally(system),
+        initial={name: start[i, i] if i == j else sp.Integer(0) for name, _, _, i, j in entries},
+    )
+
+
+def _covariance(system: System) -> tuple[sp.Matrix, list[tuple[str, str, str, int, int]]]:
+    """P with symbols, and (name, state, state, row, column) of its upper triangle row by row."""
+    names = [s.name for s in system.states]
+    n = len(names)
+    entries = [(f"cov_{names[i]}_{names[j]}", names[i], names[j], i, j) for i in range(n) for j in range(i, n)]
+    P = sp.zeros(n, n)
+    for name, _, _, i, j in entries:
+        P[i, j] = P[j, i] = sp.Symbol(name, real=True)
+    return P, entries
+
+
+def _diagonal(
+    values: Sequence[Any] | Mapping[str, Any] | None, names: Sequence[str], what: str, *, positive: bool
+) -> sp.Matrix:
+    if isinstance(values, Mapping):
+        unknown = sorted(set(values) - set(names))
+        if unknown:
+            raise DesignError(what, f"'{unknown[0]}' is not among {', '.join(names)}.", "Name states or outputs.")
+        row = [values.get(name, 1) for name in names]
+    else:
+        row = list(values) if values is not None else [1] * len(names)
+    if len(row) != len(names):
+        raise DesignError(what, f"{len(row)} numbers given, {len(names)} needed ({', '.join(names)}).")
+    numbers = []
+    for name, value in zip(names, row, strict=True):
+        try:
+            number = exact(value)
+        except (ValueError, TypeError):
+            raise DesignError(f"{what} of '{name}'", f"{value!r} is no finite number.") from None
+        if number < 0 or (positive and number == 0):
+            sign = "positive" if positive else "zero or more"
+            raise DesignError(f"{what} of '{name}'", f"{value} is not {sign}.", "Give a spectral density.")
+        numbers.append(number)
+    return sp.diag(*numbers)
+
+
+def _locally(system: System) -> Verdict:
+    """Local convergence rests on observability at the operating point; it is not proved here."""
+    seen = observability(system)
+    claim = f"the filter of '{system.name}' converges from small errors near the operating point"
+    if seen.observable_at_point.fails:
+        return Verdict.undecided(claim, rank=seen.at_point.value, reason="not observable there by its drift")
+    return Verdict.undecided(claim, reason="observable there; convergence depends on noise, motion and first error")

@@ -1,0 +1,197 @@
+"""State estimators: the observer with linear error dynamics (paper eq. 49-53), and what all observers share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from ulna.base.errors import DesignError
+from ulna.base.verdict import Verdict
+from ulna.design.control.gains import AbstractGainRule
+from ulna.design.observers.observer_form import ObserverForm
+from ulna.design.observers.output_functions import output_symbols
+from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.simplify import tidy
+from ulna.system.affine import ControlAffine
+from ulna.system.signal import Signal
+from ulna.system.system import System
+
+_SECONDS = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Observer:
+    """An estimator of the plant's states from its inputs and outputs.
+
+    Attributes:
+        plant: what is observed.
+        form: the observer form it was designed in; None for a high-gain observer or a Kalman filter.
+        gains: (n, p) L of z, or the tuning matrix of the other kinds.
+        polynomials: for each block the coefficients a₀ … a_{r−1} of the error's characteristic polynomial; empty where
+            the error is not linear.
+        system: the estimator: inputs the plant's inputs and outputs, outputs the estimates `<state>_hat`.
+        valid: on what the convergence rests (the form by substitution; the triangular structure; observability).
+        initial: values at which further states of the estimator (a covariance) start; the estimates start at zero.
+    """
+
+    plant: System
+    form: ObserverForm | None
+    gains: sp.ImmutableDenseMatrix
+    polynomials: tuple[tuple[sp.Expr, ...], ...]
+    system: System
+    valid: Verdict
+    initial: Mapping[str, sp.Expr]
+
+    def _repr_latex_(self) -> str:
+        return self.system._repr_latex_()
+
+
+def exact_observer(form: ObserverForm, gains: AbstractGainRule) -> Observer:
+    """The observer in the plant's own coordinates, whose error in z is linear with the chosen poles (paper eq. 52-53).
+
+    x̂' = f(x̂) + g(x̂) u + (∂x/∂z)(x̂) [γ(y, u) − γ(ŷ, u) + L (ψ(y) − ψ(ŷ))] with ŷ = h(x̂): no inverse map is needed.
+
+    Args:
+        form: the observer form.
+        gains: `Poles(...)` of A − L C, block after block.
+
+    Raises:
+        DesignError: if the gain rule does not fit the blocks.
+    """
+    view = form.view
+    polynomials = gains.polynomials(form.indices)
+    L = gain_matrix(form.indices, polynomials)
+    hats = estimate_symbols(view.system)
+    onto = dict(zip(view.x, hats, strict=True))
+    seen = dict(zip(form.y, (h.xreplace(onto) for h in view.h), strict=True))
+    measured = sp.Matrix(form.measured)
+    correction = form.injection - form.injection.xreplace(seen) + L * (measured - measured.xreplace(seen))
+    rates = controlled_rates(view).xreplace(onto) + form.jacobian.xreplace(onto) * correction
+    return Observer(
+        plant=view.system,
+        form=form,
+        gains=L,
+        polynomials=polynomials,
+        system=estimator_system(view, [collected(r) for r in rates], "exact observer"),
+        valid=form.verdict,
+        initial={},
+    )
+
+
+def exact_observer_in_form_coordinates(form: ObserverForm, gains: AbstractGainRule) -> Observer:
+    """The same observer in z: ẑ' = A ẑ + γ(y, u) + L (ψ(y) − C ẑ) (paper eq. 49-51), estimates x̂ = T⁻¹(ẑ).
+
+    Raises:
+        DesignError: if the inverse map is not known or the gain rule does not fit the blocks.
+    """
+    view = form.view
+    if form.map.inverse is None:
+        raise DesignError(
+            f"observer of '{view.system.name}' in z",
+            "no inverse of the transformation was found, so estimates of x cannot be given.",
+            "Use exact_observer, which works in x and needs no inverse.",
+        )
+    polynomials = gains.polynomials(form.indices)
+    L = gain_matrix(form.indices, polynomials)
+    names = tuple(f"{z.name}_hat" for z in form.map.new)
+    hats = sp.Matrix([sp.Symbol(name, real=True) for name in names])
+    rates = form.A * hats + form.injection + L * (sp.Matrix(form.measured) - form.C * hats)
+    onto = dict(zip(form.map.new, hats, strict=True))
+    x_system = estimator_system(view, [sp.Integer(0)] * len(view.x), "exact observer in z")
+    system = replace(
+        x_system,
+        states=tuple(Signal(name=name, text="coordinate of the observer form") for name in names),
+        rates=tuple(tidy(r, seconds=_SECONDS) for r in rates),
+        readouts=tuple(form.map.inverse.xreplace(onto)),
+    )
+    return Observer(
+        plant=view.system,
+        form=form,
+        gains=L,
+        polynomials=polynomials,
+        system=system,
+        valid=form.verdict,
+        initial={},
+    )
+
+
+def gain_matrix(indices: Sequence[int], polynomials: Sequence[Sequence[sp.Expr]]) -> sp.ImmutableDenseMatrix:
+    """(n, p) L for which A − L C has these characteristic polynomials, a₀ first, block by block."""
+    L = sp.zeros(sum(indices), len(indices))
+    start = 0
+    for i, (size, polynomial) in enumerate(zip(indices, polynomials, strict=True)):
+        for k in range(size):
+            L[start + k, i] = polynomial[k]
+        start += size
+    return sp.ImmutableDenseMatrix(L)
+
+
+def estimate_symbols(plant: System) -> tuple[sp.Symbol, ...]:
+    """(n,) symbols `<state>_hat`."""
+    return tuple(sp.Symbol(f"{s.name}_hat", real=True) for s in plant.states)
+
+
+def estimator_system(
+    view: ControlAffine, rates: Sequence[sp.Expr], kind: str, *, further: Mapping[Signal, sp.Expr] | None = None
+) -> System:
+    """A `System` with states and outputs `<state>_hat` and inputs the plant's inputs and outputs.
+
+    Args:
+        view: the plant.
+        rates: (n,) derivatives of the estimates.
+        kind: what it is, for names and errors.
+        further: states beyond the estimates, with their derivatives.
+
+    Raises:
+        DesignError: if the plant's names leave no room for those of the estimator.
+    """
+    plant = view.system
+    states = tuple(replace(s, name=f"{s.name}_hat", text=f"estimate of {s.text or s.name}") for s in plant.states)
+    measured = tuple(replace(o, name=y.name) for o, y in zip(plant.outputs, output_symbols(view), strict=True))
+    more = dict(further or {})
+    clash = {s.name for s in (*states, *more)} & {s.name for s in (*plant.inputs, *measured, *plant.parameters)}
+    if clash:
+        raise DesignError(
+            f"{kind} of '{plant.name}'", f"the plant uses the name {min(clash)} already.", "Rename it there."
+        )
+    return System(
+        name=f"{kind} of {plant.name}",
+        text=kind,
+        states=(*states, *more),
+        rates=(*rates, *more.values()),
+        inputs=(*plant.inputs, *measured),
+        outputs=states,
+        readouts=tuple(s.symbol for s in states),
+        parameters=plant.parameters,
+    )
+
+
+def collected(rate: sp.Expr) -> sp.Expr:
+    """The rate as a short sum, what the injection cancels taken out, so that it reads as in the paper's eq. 53."""
+    expanded = attempt(_SECONDS, "expand", sp.expand, rate)
+    if expanded.value is None:
+        return tidy(rate, seconds=_SECONDS)
+    short = expanded.value
+    if sp.count_ops(short) > 2 * sp.count_ops(rate):
+        short = rate
+    tidied = tidy(short, seconds=_SECONDS)
+    return tidied if sp.count_ops(tidied) < sp.count_ops(short) else short
+
+
+def error_matrix(observer: Observer) -> sp.ImmutableDenseMatrix:
+    """(n, n) A − L C of the linear error dynamics.
+
+    Raises:
+        DesignError: if the observer's error is not linear.
+    """
+    if observer.form is None:
+        raise DesignError(f"error matrix of '{observer.system.name}'", "its error dynamics are not linear.")
+    return sp.ImmutableDenseMatrix(observer.form.A - observer.gains * observer.form.C)
+
+
+def controlled_rates(view: ControlAffine) -> sp.Matrix:
+    """f(x) + g(x) u."""
+    u = sp.Matrix(len(view.u), 1, list(view.u))
+    return sp.Matrix(view.f) + sp.Matrix(view.g) * u

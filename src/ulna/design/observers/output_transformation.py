@@ -1,0 +1,197 @@
+"""Output transformations ỹ = ψ(y) that give a single-output plant the observer form it lacks in y.
+
+With ỹ the starting field is τ/s(y), s = ψ'. Writing out the brackets of its chain leaves one equation for s. With
+λ = 1/s, [λτ, ad_f^{n−1}(λτ)] = 0 says for even n, and [ad_f(λτ), ad_f^{n−1}(λτ)] = 0 for odd n (bracket of eq. 19),
+
+    n even:  [τ, ad_f^{n−1} τ] = 2 (s'/s) τ,    n odd:  [ad_f τ, ad_f^{n−1} τ] = n (s'/s) ad_f τ + (…) τ,
+
+so φ = s'/s is read off with the covectors L_f^{n−1} dh or L_f^{n−2} dh and must be a function of y alone. ψ is unique
+up to a scale and a constant, so failure of the form for this ψ refutes every ψ. Sources: for n = 2, 3 Keller, Int. J.
+Control 46 (1987); the general theory in Krener and Respondek, SIAM J. Contr. Opt. 23 (1985).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import sympy as sp
+
+from ulna.base.errors import NoFormError
+from ulna.base.verdict import Verdict
+from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs, search_chain
+from ulna.design.observers.observer_conditions import ObserverConditions, lowest_terms, vanishes
+from ulna.design.observers.observer_form import ObserverForm, assemble, explanation, find_observer_form, moved_back
+from ulna.design.observers.output_functions import OutputSection, integral_over_output, output_section
+from ulna.design.observers.straightened import StraightenedPlant, straightened_plant
+from ulna.geometry.lie import lie_bracket
+from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.simplify import tidy
+from ulna.system.system import System
+
+_SECONDS = 10.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutputTransformation:
+    """Whether some ỹ = ψ(y) gives an observer form.
+
+    Attributes:
+        system: the plant.
+        symbol: the symbol of y in ψ.
+        psi: ψ(y), y itself where the plain form exists; None where there is none or none was found.
+        form: the observer form with measured output ψ(y), or None.
+        verdict: on its existence; refuted with the quantity that is not a function of y alone.
+    """
+
+    system: System
+    symbol: sp.Symbol | None
+    psi: sp.Expr | None
+    form: ObserverForm | None
+    verdict: Verdict
+
+
+def transformed_observer_form(system: System) -> ObserverForm:
+    """The observer form of a single-output plant after an output transformation, the identity where that suffices.
+
+    Raises:
+        NoFormError: if there is none or none was found; `value` is the `OutputTransformation` that says why.
+    """
+    found = output_transformation(system)
+    if found.form is not None:
+        return found.form
+    raise NoFormError(
+        f"observer form of '{system.name}' with an output transformation",
+        f"{explanation(found.verdict)}.",
+        "A high-gain observer or an extended Kalman filter does not need the form.",
+        value=found,
+    )
+
+
+@lru_cache(maxsize=64)
+def output_transformation(system: System) -> OutputTransformation:
+    """ψ and the form, or the reason why there is none, as a value."""
+    claim = f"'{system.name}' has an observer form after an output transformation"
+    plain = find_observer_form(system)
+    if plain.form is not None:
+        verdict = Verdict(claim=claim, status=plain.verdict.status, evidence={"psi": "y", **plain.verdict.evidence})
+        return OutputTransformation(
+            system=system, symbol=plain.form.y[0], psi=plain.form.y[0], form=plain.form, verdict=verdict
+        )
+    straight = straightened_plant(system)
+    if straight is not None:
+        return _in_old_coordinates(system, straight, output_transformation(straight.system))
+    conditions = plain.conditions
+    if conditions is None:
+        return _none(system, Verdict.undecided(claim, tried="output transformations of a single output only"))
+    hopeless = conditions.commuting.evidence.get("any_psi", False)
+    if not conditions.observability.observable.holds or conditions.starting_field is None or hopeless:
+        why = plain.verdict
+        if why.fails and why.evidence.get("any_psi") is False:
+            why = Verdict.undecided(why.claim, tried="the starting field is too large to write down")
+        return _none(system, Verdict(claim=claim, status=why.status, evidence=why.evidence))
+    found = attempt(_SECONDS, "output transformation", _search, conditions, claim)
+    return found.value or _none(system, Verdict.undecided(claim, tried=found.reason))
+
+
+def _in_old_coordinates(
+    system: System, straight: StraightenedPlant, found: OutputTransformation
+) -> OutputTransformation:
+    evidence = {**found.verdict.evidence, "coordinates": dict(straight.meaning)}
+    verdict = Verdict(claim=found.verdict.claim, status=found.verdict.status, evidence=evidence)
+    if found.form is None:
+        return _none(system, verdict)
+    form = moved_back(system, straight, found.form)
+    if form is None:
+        return _none(system, Verdict.undecided(verdict.claim, tried="the form in straightened coordinates moved back"))
+    return OutputTransformation(system=system, symbol=form.y[0], psi=form.measured[0], form=form, verdict=verdict)
+
+
+def _search(conditions: ObserverConditions, claim: str) -> OutputTransformation:
+    system = conditions.system
+    section = output_section(conditions.observability.view)
+    try:
+        psi = _psi(section, conditions)
+    except NotOfOutputsError as failure:
+        why = failure.verdict
+        return _none(system, Verdict(claim=claim, status=why.status, evidence={"because": why.claim, **why.evidence}))
+    if psi == section.y[0]:
+        why = conditions.exists if conditions.exists.fails else find_observer_form(system).verdict
+        evidence = {**why.evidence, "because": why.claim, "psi": "y at most"}
+        return _none(system, Verdict(claim=claim, status=why.status, evidence=evidence))
+    chain = search_chain(section, conditions.fields, psi, claim)
+    form = None if chain.coordinates is None else assemble(section, chain)
+    verdict = chain.verdict if form is None else form.verdict
+    if chain.coordinates is not None and form is None:
+        verdict = Verdict.undecided(claim, tried="the inverse of the Jacobian of the coordinates found")
+    evidence = {"because": verdict.claim, **verdict.evidence, "psi": psi}
+    stated = Verdict(claim=claim, status=verdict.status, evidence=evidence)
+    if form is None or stated.fails:
+        return _none(system, stated)
+    return OutputTransformation(system=system, symbol=section.y[0], psi=psi, form=form, verdict=stated)
+
+
+def _psi(section: OutputSection, conditions: ObserverConditions) -> sp.Expr:
+    """ψ = ∫ exp(∫ φ dy) dy.
+
+    Raises:
+        NotOfOutputsError: if φ is not a function of y, or an integral is not found.
+    """
+    y = section.y[0]
+    phi = of_outputs(section, curvature(conditions), "ψ''/ψ'")
+    if phi == 0:
+        return y
+    exponent = integral_over_output(section, phi)
+    if exponent is None:
+        raise NotOfOutputsError(Verdict.undecided("ψ' in closed form", tried=f"∫ {phi} d{y}"))
+    slope = _exponential(exponent, y)
+    psi = integral_over_output(section, slope)
+    if psi is None:
+        raise NotOfOutputsError(Verdict.undecided("ψ in closed form", tried=f"∫ {slope} d{y}"))
+    return without_factor(psi, y)
+
+
+def curvature(conditions: ObserverConditions) -> sp.Expr:
+    """φ(x) = ψ''/ψ' as the brackets demand it, the same for every ψ that works; 0 for one state.
+
+    Raises:
+        NotOfOutputsError: if brackets that no ψ can change do not vanish.
+    """
+    view = conditions.observability.view
+    n = len(view.x)
+    if n == 1:
+        return sp.Integer(0)
+    start = conditions.starting_field
+    chain = [sp.ImmutableDenseMatrix(start)]
+    for _ in range(n - 1):
+        chain.append(lowest_terms(lie_bracket(view.f, chain[-1], view.x)))
+    odd = n % 2
+    # No factor λ(y) on τ changes these: for them only L_τ L_f^k λ with k + 1 < n occur, and those vanish.
+    for k in range(1, n - 1 + odd):
+        fixed = lie_bracket(chain[0], chain[k], view.x)
+        verdict = vanishes(fixed)
+        if verdict.fails:
+            claim = f"[τ, ad_f^{k} τ] = 0, which no output transformation changes"
+            raise NotOfOutputsError(Verdict.refuted(claim, **{**verdict.evidence, "bracket": fixed}))
+    bracket = lie_bracket(chain[odd], chain[n - 1], view.x)
+    covector = conditions.observability.matrix[n - 1 - odd, :]
+    return tidy((covector * bracket)[0] / (n if odd else 2), seconds=1.0)
+
+
+def _exponential(exponent: sp.Expr, y: sp.Symbol) -> sp.Expr:
+    """exp(exponent) with logarithms turned into powers, without constant factors."""
+    factors = []
+    for term in sp.Add.make_args(sp.expand(exponent)):
+        coefficient, rest = term.as_independent(sp.log)
+        factors.append(rest.args[0] ** coefficient if isinstance(rest, sp.log) else sp.exp(term))
+    return without_factor(tidy(sp.Mul(*factors), seconds=0.3), y)
+
+
+def without_factor(expression: sp.Expr, y: sp.Symbol) -> sp.Expr:
+    """The expression without factors that do not depend on y."""
+    together = sp.factor_terms(expression)
+    return together.as_independent(y, as_Add=False)[1]
+
+
+def _none(system: System, verdict: Verdict) -> OutputTransformation:
+    return OutputTransformation(system=system, symbol=None, psi=None, form=None, verdict=verdict)

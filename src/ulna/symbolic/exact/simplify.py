@@ -1,0 +1,115 @@
+"""Shorter forms for reading, in bounded time; the value never changes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import sympy as sp
+from sympy.functions.elementary.hyperbolic import HyperbolicFunction
+from sympy.functions.elementary.trigonometric import TrigonometricFunction
+from sympy.simplify.fu import TR2i
+
+from ulna.base import Status
+from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.embed import attempt_exactly, embed
+from ulna.symbolic.exact.zero import SampledZero
+
+_LARGE = 400
+"""Operations above which only the cheap rewritings are tried."""
+
+_MIDDLING = 120
+"""Operations above which SymPy's `simplify` is left out: it takes seconds and seldom finds more."""
+
+
+def tidy(expression: sp.Expr, *, seconds: float = 0.5) -> sp.Expr:
+    """The shortest form found within the time, or the expression itself.
+
+    Tried from cheap to dear: zero, the exact normal form in factors, common factors, one fraction, expansion; where
+    several sines meet, trigonometric identities; where there are functions, SymPy's `simplify`. Every new form is
+    compared with the input at random points, because some of SymPy's rewritings hold on part of the domain only.
+
+    Args:
+        expression: any expression.
+        seconds: s, for all rewritings together.
+    """
+    return _shortest(expression, _collect_forms, seconds)
+
+
+def shortened(expression: sp.Expr, *, seconds: float = 0.2) -> sp.Expr:
+    """As `tidy`, by the cheap rewritings only: for results in the middle of a computation."""
+    return _shortest(expression, _collect_cheap_forms, seconds)
+
+
+def _shortest(expression: sp.Expr, collect: Callable[[sp.Expr, list[sp.Expr]], None], seconds: float) -> sp.Expr:
+    if expression.is_Atom or seconds <= 0:
+        return expression
+    found: list[sp.Expr] = [expression]
+    # The candidates survive in `found` when the time is spent in the middle.
+    attempt_exactly(seconds, "tidy", collect, expression, found)
+    for form in sorted(found, key=_length):
+        if form == expression or _agree(expression, form):
+            return form
+    return expression
+
+
+def _collect_cheap_forms(expression: sp.Expr, found: list[sp.Expr]) -> None:
+    if SampledZero(points=2)(expression).status is Status.PROVED:
+        found.append(sp.S.Zero)
+        return
+    exact = attempt_exactly(math.inf, "normal form", normal_form, expression)
+    # A sign function that was not there before reads worse than the root or modulus it came from.
+    if exact.value is not None and not exact.value.has(sp.sign):
+        found.append(exact.value)
+        _rewrite(sp.factor_terms, exact.value, found)
+    _rewrite(sp.factor_terms, expression, found)
+    for one in tuple(found):
+        if one.has(sp.sin):
+            _rewrite(TR2i, one, found)
+    if sp.count_ops(expression) <= _LARGE:
+        _rewrite(sp.expand, expression, found)
+
+
+def _collect_forms(expression: sp.Expr, found: list[sp.Expr]) -> None:
+    _collect_cheap_forms(expression, found)
+    if sp.count_ops(expression) > _LARGE:
+        return
+    rewritings: list[Callable[[sp.Expr], sp.Expr]] = [sp.together]
+    circular = sum(expression.count(kind) for kind in (sp.sin, sp.cos, sp.tan))
+    powers = any(power.base.has(TrigonometricFunction) for power in expression.atoms(sp.Pow))
+    if circular > 1 or powers:
+        rewritings.append(sp.trigsimp)
+    several = circular > 1 or powers or expression.has(sp.exp, sp.log, HyperbolicFunction)
+    if several and sp.count_ops(expression) <= _MIDDLING:
+        rewritings.append(sp.simplify)
+    for rewrite in rewritings:
+        best = min(found, key=_length)
+        if _length(best)[0] <= 2:
+            return
+        for start in dict.fromkeys((best, expression)):
+            _rewrite(rewrite, start, found)
+
+
+def _rewrite(rewrite: Callable[[sp.Expr], sp.Expr], expression: sp.Expr, found: list[sp.Expr]) -> None:
+    """Add the rewritten expression; SymPy's rewritings may fail in any way, the time is the caller's."""
+    form = attempt(math.inf, "rewrite", rewrite, expression).value
+    if form is not None:
+        found.append(form)
+
+
+def normal_form(expression: sp.Expr) -> sp.Expr:
+    """One fraction in lowest terms and irreducible factors, over sines, exponentials, logarithms and roots.
+
+    Raises:
+        ExactAlgebraError: see `ulna.symbolic.exact.embed.embed`.
+    """
+    ring, [element] = embed([expression])
+    return ring.factored(ring.make(*element))
+
+
+def _length(expression: sp.Expr) -> tuple[int, int]:
+    return int(sp.count_ops(expression)), sum(1 for _ in sp.preorder_traversal(expression))
+
+
+def _agree(first: sp.Expr, second: sp.Expr) -> bool:
+    return SampledZero(points=4, seconds=0)(first - second).holds

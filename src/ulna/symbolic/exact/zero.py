@@ -1,0 +1,110 @@
+"""Is an expression identically zero? Random points first (a quick, certain no), exact algebra after (a certain yes)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import sympy as sp
+
+from ulna.base import Verdict, all_of
+from ulna.symbolic.exact.ball import leaves_of, tape
+from ulna.symbolic.exact.embed import attempt_exactly, embed
+from ulna.symbolic.exact.sample import RADIUS, SEED, regular_points
+
+
+@runtime_checkable
+class ZeroTest(Protocol):
+    """Any rule that judges whether an expression is identically zero."""
+
+    def __call__(self, expression: sp.Expr, /) -> Verdict:
+        """The verdict on "the expression is identically zero"."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampledZero:
+    """Balls at random rational points, then a bounded proof by a normal form.
+
+    A value whose ball excludes 0 refutes with certainty. An analytic expression that is not zero passes a random
+    point with probability zero (J. T. Schwartz, J. ACM 27 (1980), for polynomials). The claim is about the domain
+    where every part of the expression is real.
+
+    Args:
+        points: number of random points that must all be zero.
+        digits: decimal digits of the arithmetic.
+        seed: of the random points.
+        seconds: s, time for the proof; 0 leaves it out.
+        operations: size (nodes of the expression) above which no proof is tried.
+        near: values near which to sample, for expressions that are zero or defined only there.
+        radius: half width of that neighbourhood.
+    """
+
+    points: int = 6
+    digits: int = 40
+    seed: int = SEED
+    seconds: float = 1.0
+    operations: int = 4000
+    near: Mapping[sp.Basic, sp.Expr] | None = None
+    radius: sp.Rational = RADIUS
+
+    def __call__(self, expression: sp.Expr, /) -> Verdict:
+        """The verdict on "the expression is identically zero"."""
+        claim = f"{_short(expression)} = 0"
+        if expression == 0:
+            return Verdict.proved(claim)
+        program = tape([expression])
+        seen = 0
+        for point, [value] in regular_points(
+            program, self.points, seed=self.seed, digits=self.digits, near=self.near, radius=self.radius
+        ):
+            if not value.contains(0):
+                size = sp.Float(value.mid().str(20, radius=False), 20)
+                return Verdict.refuted(claim, point=point, value=size, seed=self.seed)
+            seen += 1
+        evidence: dict[str, Any] = {"points": seen, "digits": self.digits, "seed": self.seed}
+        if not seen:
+            return Verdict.undecided(claim, tried="no random point where the expression is real and finite", **evidence)
+        if self.seconds > 0 and len(program.steps) <= self.operations:
+            proof = attempt_exactly(self.seconds, "normal form", vanishes_exactly, expression)
+            if proof.value:
+                return Verdict.proved(claim, method="normal form", **evidence)
+            evidence["no_proof"] = proof.reason or "the normal form does not vanish by the known relations"
+        return Verdict.supported(claim, **evidence)
+
+
+def vanishes_exactly(expression: sp.Expr) -> bool:
+    """True only if exact algebra with sines, exponentials, logarithms and roots as generators gives 0.
+
+    Raises:
+        ExactAlgebraError: see `ulna.symbolic.exact.embed.embed`.
+    """
+    ring, [element] = embed([expression])
+    return ring.is_zero(element)
+
+
+def is_zero(expression: sp.Expr, *, test: ZeroTest = SampledZero()) -> Verdict:
+    """Whether the expression is identically zero.
+
+    Refuted verdicts carry `point` and `value`; supported ones the number of `points`, the `seed` and the `digits`.
+    """
+    return test(sp.sympify(expression))
+
+
+def are_zero(expressions: Iterable[sp.Expr], *, test: ZeroTest = SampledZero()) -> Verdict:
+    """Whether all of the expressions are identically zero; a refuted verdict also carries the `index`."""
+    verdicts: list[Verdict] = []
+    for index, expression in enumerate(expressions):
+        verdict = is_zero(expression, test=test)
+        if verdict.fails:
+            return all_of("all expressions vanish", [verdict], index=index)
+        verdicts.append(verdict)
+    return all_of("all expressions vanish", verdicts)
+
+
+def _short(expression: sp.Expr) -> str:
+    if len(leaves_of([expression])) > 8 or len(expression.args) > 8:
+        return "the expression"
+    text = str(expression)
+    return text if len(text) <= 60 else "the expression"

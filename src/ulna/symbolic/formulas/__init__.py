@@ -1,0 +1,1 @@
+"""Formula text in and out, and LaTeX."""

@@ -1,0 +1,1 @@
+"""One-forms integrated: potentials, integrating factors, Pfaffian equations."""

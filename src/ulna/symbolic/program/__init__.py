@@ -1,0 +1,1 @@
+"""`Kernel`: expressions as one list of instructions, its transforms, and its lowerings."""

@@ -1,0 +1,154 @@
+"""`Kernel`: the one bridge from symbols to numbers. What is simulated, swept and shipped is lowered from it."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import sympy as sp
+
+from ulna.base import FormulaError
+from ulna.symbolic.program.instructions import Instruction, Operation, pruned
+from ulna.symbolic.program.instructions_from_sympy import SympyReader
+
+_INTERMEDIATE = re.compile(r"v\d+|in_\d+|total_\w+|\w*__\w*")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, weakref_slot=True)
+class Kernel:
+    """A function from named scalars to named scalars as a flat list of instructions in static single assignment.
+
+    Value k is input k for k < len(inputs), else instruction k − len(inputs); an instruction uses earlier values only.
+    Common subexpressions appear once. Every lowering keeps the order of the list, so that the same double-precision
+    numbers come out wherever the elementary functions are the same.
+
+    Fields:
+        inputs: names of the scalar inputs, in order.
+        outputs: names of the scalar outputs, in order.
+        instructions: the list.
+        results: for each output the index of its value.
+    """
+
+    name: str
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    instructions: tuple[Instruction, ...]
+    results: tuple[int, ...]
+
+    @property
+    def operations(self) -> Mapping[Operation, int]:
+        """How often each operation occurs; constants are not counted."""
+        counts = Counter(i.operation for i in self.instructions if i.operation is not Operation.CONSTANT)
+        return MappingProxyType(dict(counts))
+
+    @property
+    def operation_count(self) -> int:
+        """The number of operations, constants not counted."""
+        return sum(self.operations.values())
+
+    @property
+    def identifiers(self) -> tuple[str, ...]:
+        """For each input a name that can stand in Python and C source, equal to its own name where that can."""
+        taken: set[str] = set()
+        names = []
+        for position, name in enumerate(self.inputs):
+            plain = name.isidentifier() and name.isascii() and not keyword.iskeyword(name)
+            # v0, v1 ... are the names of intermediate values, `math` and `np` of modules in the generated source.
+            reserved = name in {"math", "np", "abs"} or _INTERMEDIATE.fullmatch(name)
+            choice = name if plain and not reserved and name not in taken else f"in_{position}"
+            taken.add(choice)
+            names.append(choice)
+        return tuple(names)
+
+    def __repr__(self) -> str:
+        return (
+            f"Kernel({self.name!r}: {len(self.inputs)} inputs -> {len(self.outputs)} outputs, "
+            f"{self.operation_count} operations)"
+        )
+
+
+def kernel(
+    name: str,
+    inputs: Sequence[sp.Symbol],
+    outputs: Mapping[str, sp.Expr],
+    *,
+    held: Collection[sp.Symbol] = (),
+    definitions: Mapping[sp.Symbol, sp.Expr] | None = None,
+) -> Kernel:
+    """The kernel of `outputs` as functions of `inputs`.
+
+    Args:
+        name: for messages and generated source.
+        inputs: the symbols that become inputs, in order.
+        outputs: exact expressions by output name, in order. Rationals and other exact constants are rounded to the
+            nearest double here and nowhere earlier.
+        held: inputs that keep their value during a run (parameters); terms and factors made of them alone are
+            computed first, so that `hoist` finds them.
+        definitions: abbreviations that outputs and later definitions may use, in order; read once and never put in,
+            so that a plant of thousands of operations stays one.
+
+    Raises:
+        FormulaError: a symbol that is not an input, a function or constant with no real double-precision value,
+            or a name used twice; it names them.
+    """
+    names = tuple(symbol.name for symbol in inputs)
+    check_names(name, names, outputs)
+    expressions = {label: sp.sympify(expression) for label, expression in outputs.items()}
+    _check_bound(name, (*inputs, *(definitions or ())), expressions)
+    reader = SympyReader(name, tuple(inputs), held)
+    for symbol, expression in (definitions or {}).items():
+        reader.define(symbol, expression)
+    results = tuple(reader.index_of(expression) for expression in expressions.values())
+    instructions, results = pruned(len(names), reader.listing.instructions, results)
+    return Kernel(name=name, inputs=names, outputs=tuple(expressions), instructions=instructions, results=results)
+
+
+def restricted(original: Kernel, outputs: Iterable[str]) -> Kernel:
+    """The kernel of some of the outputs only, in the order given; all inputs stay.
+
+    Raises:
+        FormulaError: a name that is not an output.
+    """
+    wanted = tuple(outputs)
+    missing = [label for label in wanted if label not in original.outputs]
+    if missing:
+        raise FormulaError(
+            f"outputs {', '.join(missing)} of kernel '{original.name}'",
+            f"it has {', '.join(original.outputs)}.",
+        )
+    by_name = dict(zip(original.outputs, original.results, strict=True))
+    instructions, results = pruned(
+        len(original.inputs), original.instructions, tuple(by_name[label] for label in wanted)
+    )
+    return Kernel(
+        name=original.name, inputs=original.inputs, outputs=wanted, instructions=instructions, results=results
+    )
+
+
+def check_names(name: str, inputs: Sequence[str], outputs: Iterable[str]) -> None:
+    """Refuse a kernel with two inputs or two outputs of one name."""
+    for kind, labels in (("input", tuple(inputs)), ("output", tuple(outputs))):
+        twice = sorted(label for label, count in Counter(labels).items() if count > 1)
+        if twice:
+            raise FormulaError(f"kernel '{name}'", f"the {kind} {', '.join(twice)} appears more than once.")
+
+
+def _check_bound(name: str, inputs: Sequence[sp.Symbol], expressions: Mapping[str, sp.Expr]) -> None:
+    bound = set(inputs)
+    unbound: dict[sp.Basic, str] = {}
+    for label, expression in expressions.items():
+        for symbol in expression.free_symbols - bound:
+            unbound.setdefault(symbol, label)
+    if not unbound:
+        return
+    places = ", ".join(f"{symbol} (in {label})" for symbol, label in sorted(unbound.items(), key=str))
+    known = {symbol.name for symbol in inputs}
+    twins = sorted(str(symbol) for symbol in unbound if str(symbol) in known)
+    hint = f"Give them values or list them as inputs; the inputs are: {', '.join(sorted(known)) or 'none'}."
+    if twins:
+        hint = f"{', '.join(twins)}: an input has this name but other assumptions; symbols here are real=True."
+    raise FormulaError(f"kernel '{name}'", f"symbols without a value: {places}.", hint)

@@ -1,0 +1,1 @@
+"""Equations solved: inverse maps, level sets, roots and where they lie, series."""
