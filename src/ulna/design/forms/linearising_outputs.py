@@ -24,7 +24,8 @@ from ulna.geometry.lie import lie_derivative
 from ulna.geometry.oneform import closed, one_form
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
 from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.linear import inverse_last_row, nullspace
+from ulna.symbolic.exact.elimination import null_space
+from ulna.symbolic.exact.linear import inverse_last_row
 from ulna.symbolic.exact.rank import generic_rank, rank_at
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
@@ -227,13 +228,12 @@ class _Search:
     def _integrated(self, span: Distribution, near: Mapping[sp.Symbol, sp.Expr]) -> Iterator[sp.Expr]:
         x = self.found.view.x
         if len(span.fields) == len(x) - 1:
-            kernel = nullspace(span.matrix.T)
-            if kernel:
-                hints = [self.found.singular] if self.found.singular is not None else []
-                value = integrate(one_form(kernel[0], x), hints, near=near, seconds=_SECONDS).value
-                if value is not None:
-                    yield value
-                return
+            kernel = null_space(span.matrix.T)
+            hints = [self.found.singular] if self.found.singular is not None else []
+            value = integrate(one_form(kernel[0], x), hints, near=near, seconds=_SECONDS).value
+            if value is not None:
+                yield value
+            return
         yield from first_integrals(span, near=near, seconds=_SECONDS).found
 
     def _constant_along(self, function: sp.Expr, span: Distribution) -> bool:
