@@ -143,6 +143,34 @@ def until_flip(mine: np.ndarray, reference: np.ndarray, states: np.ndarray, trut
     return f"{worst:.1e} up to {last * PERIOD:.3f} s (first flipped code), {np.abs(states - truth).max():.1e} over all"
 
 
+def continuous_table(whole: ulna.System, initial: np.ndarray, carried: np.ndarray, rounds: int) -> None:
+    """The same loop without sampling, many runs, with and without figures along the way."""
+    begin = np.hstack([initial, np.zeros_like(initial)])
+    settings, values = Continuous(tolerance=1e-7), {"m2": carried}
+    continuous = interleaved(
+        {
+            "run_ensemble, one core": lambda: run_ensemble(
+                whole, begin, END, time=settings, parameters=values, threads=1
+            ),
+            "run_ensemble, figures on 100 intervals": lambda: run_ensemble(
+                whole, begin, END, time=settings, parameters=values, threads=1, samples=100
+            ),
+        },
+        rounds,
+    )
+    ended = run_ensemble(whole, begin[:50], END, time=settings, parameters={"m2": carried[:50]})
+    worst = max(
+        np.abs(simulate(whole, begin[k], END, parameters={"m2": carried[k]}).final_state - ended.final_state[k]).max()
+        for k in range(50)
+    )
+    shown(
+        f"{len(initial)} runs, continuous",
+        continuous,
+        len(initial),
+        {"run_ensemble, one core": f"{worst:.1e} at the end"},
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=10)
@@ -218,25 +246,7 @@ def main() -> None:
         text = f"peak input: median {np.median(gap):.1e} V, largest {gap.max():.1e} V"
         shown(f"{runs} runs, sampled", ensemble, runs, {"run_ensemble, one core": text})
     whole = ulna.close_loop(arm, ulna.compensator(law, observer)).system
-    begin = np.hstack([initial, np.zeros((runs, 3))])
-    settings, values = Continuous(tolerance=1e-7), {"m2": carried}
-    continuous = interleaved(
-        {
-            "run_ensemble, one core": lambda: run_ensemble(
-                whole, begin, END, time=settings, parameters=values, threads=1
-            ),
-            "run_ensemble, figures on 100 intervals": lambda: run_ensemble(
-                whole, begin, END, time=settings, parameters=values, threads=1, samples=100
-            ),
-        },
-        max(2, options.rounds // 4),
-    )
-    ended = run_ensemble(whole, begin[:50], END, time=settings, parameters={"m2": carried[:50]})
-    worst = max(
-        np.abs(simulate(whole, begin[k], END, parameters={"m2": carried[k]}).final_state - ended.final_state[k]).max()
-        for k in range(50)
-    )
-    shown(f"{runs} runs, continuous", continuous, runs, {"run_ensemble, one core": f"{worst:.1e} at the end"})
+    continuous_table(whole, initial, carried, max(2, options.rounds // 4))
 
 
 if __name__ == "__main__":
