@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from ulna.design import dynamic_extension as dynamic_extension
     from ulna.design import exact_observer as exact_observer
     from ulna.design import extended_kalman_filter as extended_kalman_filter
+    from ulna.design import flat_output as flat_output
     from ulna.design import high_gain_observer as high_gain_observer
     from ulna.design import input_output_form as input_output_form
     from ulna.design import normal_form as normal_form
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from ulna.geometry import Distribution as Distribution
     from ulna.geometry import OneForm as OneForm
     from ulna.geometry import accessibility as accessibility
+    from ulna.geometry import accessible_decomposition as accessible_decomposition
     from ulna.geometry import distribution as distribution
     from ulna.geometry import first_integrals as first_integrals
     from ulna.geometry import integrate as integrate
@@ -55,6 +57,7 @@ if TYPE_CHECKING:
     from ulna.geometry import lie_bracket as lie_bracket
     from ulna.geometry import lie_derivative as lie_derivative
     from ulna.geometry import observability as observability
+    from ulna.geometry import observable_decomposition as observable_decomposition
     from ulna.geometry import one_form as one_form
     from ulna.geometry import relative_degree as relative_degree
     from ulna.models import Model as Model
@@ -64,10 +67,16 @@ if TYPE_CHECKING:
     from ulna.plot import plot_trajectories as plot_trajectories
     from ulna.plot import plot_trajectory as plot_trajectory
     from ulna.plot import save_figure as save_figure
+    from ulna.sim import TIME as TIME
+    from ulna.sim import Continuous as Continuous
     from ulna.sim import Metrics as Metrics
     from ulna.sim import Outcome as Outcome
+    from ulna.sim import Quantiser as Quantiser
+    from ulna.sim import Sampled as Sampled
+    from ulna.sim import Saturation as Saturation
     from ulna.sim import Trajectory as Trajectory
     from ulna.sim import metrics as metrics
+    from ulna.sim import run_ensemble as run_ensemble
     from ulna.sim import simulate as simulate
     from ulna.sim.python_control import from_control as from_control
     from ulna.sim.python_control import to_control as to_control
@@ -90,6 +99,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "accessibility": "ulna.geometry",
+    "accessible_decomposition": "ulna.geometry",
     "analyse": "ulna.design",
     "Analysis": "ulna.design",
     "close_loop": "ulna.design",
@@ -97,6 +107,7 @@ _HOME = {
     "Compensator": "ulna.design",
     "compensator": "ulna.design",
     "connect": "ulna.system",
+    "Continuous": "ulna.sim",
     "control_affine": "ulna.system",
     "ControlAffine": "ulna.system",
     "controller_form": "ulna.design",
@@ -110,6 +121,7 @@ _HOME = {
     "exact_observer": "ulna.design",
     "extended_kalman_filter": "ulna.design",
     "first_integrals": "ulna.geometry",
+    "flat_output": "ulna.design",
     "from_control": "ulna.sim.python_control",
     "high_gain_observer": "ulna.design",
     "input_output_form": "ulna.design",
@@ -128,6 +140,7 @@ _HOME = {
     "models": "ulna.models",
     "normal_form": "ulna.design",
     "observability": "ulna.geometry",
+    "observable_decomposition": "ulna.geometry",
     "Observer": "ulna.design",
     "observer_form": "ulna.design",
     "ObserverForm": "ulna.design",
@@ -141,10 +154,14 @@ _HOME = {
     "plot_trajectories": "ulna.plot",
     "plot_trajectory": "ulna.plot",
     "Poles": "ulna.design",
+    "Quantiser": "ulna.sim",
     "read_system": "ulna.system",
     "Regulate": "ulna.design",
     "relative_degree": "ulna.geometry",
     "rest_point": "ulna.system",
+    "run_ensemble": "ulna.sim",
+    "Sampled": "ulna.sim",
+    "Saturation": "ulna.sim",
     "save_figure": "ulna.plot",
     "SetPoint": "ulna.design",
     "Signal": "ulna.system",
@@ -154,6 +171,7 @@ _HOME = {
     "Status": "ulna.base",
     "System": "ulna.system",
     "system_from_mapping": "ulna.system",
+    "TIME": "ulna.sim",
     "to_control": "ulna.sim.python_control",
     "Track": "ulna.design",
     "Trajectory": "ulna.sim",
