@@ -15,6 +15,9 @@ from hypothesis import HealthCheck, settings
 _CHECKS = BeartypeConf(is_pep484_tower=True, claw_is_pep526=False, claw_skip_package_names=("ulna.cli",))
 beartype_packages(("ulna",), conf=_CHECKS)
 
+# The type checks make symbolic work three times as long, and time budgets count seconds: three times as many of them.
+os.environ.setdefault("ULNA_PATIENCE", "3")
+
 # No windows, also in processes that tests start.
 os.environ["MPLBACKEND"] = "Agg"
 

@@ -11,7 +11,7 @@ from ulna.base import UlnaError
 from ulna.design.analysis.findings import Finding, not_applicable
 from ulna.design.analysis.large_questions import LARGE, large_findings
 from ulna.design.analysis.questions import GROUPS, law_of_outputs, outputs_answered
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.budget import PATIENCE, attempt
 from ulna.system.affine import control_affine
 from ulna.system.field_kernel import field_kernel
 from ulna.system.operating_point import OperatingPoint, given_point, operating_point
@@ -66,7 +66,7 @@ def analyse(system: System, *, seconds: float = SECONDS) -> Analysis:
         return Analysis(system=system, point=given_point(system), findings=_large(system, keys, seconds))
     control_affine(system)
     findings: dict[str, Finding] = {}
-    end = monotonic() + TOTAL * seconds
+    end = monotonic() + TOTAL * seconds * PATIENCE
     for group_keys, group in GROUPS.items():
         left = max(min(seconds, end - monotonic()), 0.5)
         findings |= _answered(group_keys, group, system, left)
