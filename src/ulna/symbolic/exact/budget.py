@@ -155,7 +155,7 @@ def _would_be_lost(frame: FrameType | None) -> bool:
         if code in collector or code.co_name == "__del__":
             return True
         # Callbacks of weak references look like any call; those met so far: the library's own, Numba's, pytest's.
-        if depth < _CALLBACK_DEPTH and (code.co_filename.endswith(_CALLBACK_FILES) or "on_disposal" in code.co_name):
+        if depth < _CALLBACK_DEPTH and (code.co_filename.endswith(_CALLBACK_FILES) or "disposal" in code.co_name):
             return True
         frame = frame.f_back
         depth += 1
