@@ -23,16 +23,6 @@ def analysis():
     return found, time.process_time() - start
 
 
-def test_it_is_analysed_within_ten_seconds(analysis):
-    found, seconds = analysis
-    assert seconds < 10
-    assert found["relative_degree"].value == [4, 4, 4, 2]
-    assert found["relative_degree"].verdict.status == "proved"
-    assert found["relative_degree_at_point"].value is True
-    assert found["controllability_rank"].value == 14
-    assert "numeric" in str(found["distribution_dims"].verdict.evidence)
-
-
 def test_both_roads_give_the_same_law(analysis):
     found, _ = analysis
     plant = model("quadrotor_extended")
