@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from time import monotonic
+from time import thread_time
 
 import sympy as sp
 
@@ -173,9 +173,9 @@ def _shortened(fields: tuple[sp.ImmutableDenseMatrix, ...]) -> tuple[sp.Immutabl
     def short(entry: sp.Expr) -> sp.Expr:
         if left[0] <= 0 or len(entry.args) < 2:
             return entry
-        start = monotonic()
+        start = thread_time()
         reduced = attempt(min(left[0], _SECONDS_PER_ENTRY), "lowest terms", normal_form, entry).value
-        left[0] -= monotonic() - start
+        left[0] -= thread_time() - start
         return entry if reduced is None or reduced.count_ops() > entry.count_ops() else reduced
 
     return tuple(field.applyfunc(short) for field in fields)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from html import escape
-from time import monotonic
+from time import thread_time
 
 from ulna.base import UlnaError
 from ulna.design.analysis.findings import Finding, not_applicable
@@ -66,9 +66,9 @@ def analyse(system: System, *, seconds: float = SECONDS) -> Analysis:
         return Analysis(system=system, point=given_point(system), findings=_large(system, keys, seconds))
     control_affine(system)
     findings: dict[str, Finding] = {}
-    end = monotonic() + TOTAL * seconds * PATIENCE
+    end = thread_time() + TOTAL * seconds * PATIENCE
     for group_keys, group in GROUPS.items():
-        left = max(min(seconds, end - monotonic()), 0.5)
+        left = max(min(seconds, end - thread_time()), 0.5)
         findings |= _answered(group_keys, group, system, left)
     late = tuple(key for key in keys if findings[key].verdict.evidence.get("ran_out"))
     if late:
@@ -127,4 +127,4 @@ def _answered(
         return {key: not_applicable(key, outcome.reason, ran_out=outcome.ran_out) for key in keys}
     # What has no value of its own shares the verdict of the question it hangs on, the group's first.
     first = found[keys[0]].verdict
-    return {key: found.get(key, Finding(verdict=first, value=None)) for key in keys}
+    return {key: Finding(verdict=first, value=None) for key in keys} | found

@@ -147,18 +147,25 @@ def _observer(system: System) -> dict[str, Finding]:
     findings = {"observer_form": decided(found.verdict)}
     if found.form is not None:
         findings |= _observer_coordinates(found.form)
+    return findings
+
+
+def _output_transformation(system: System) -> dict[str, Finding]:
+    """Whether ψ(y) helps; its coordinates take the place of the plain form's where only they exist."""
+    keys = ("observer_form_output_transform", "output_transform")
     if len(system.outputs) != 1:
-        reason = "output transformations are sought for a single output"
-        keys = ("observer_form_output_transform", "output_transform")
-        return findings | {key: not_applicable(key, reason) for key in keys}
-    transformed = output_transformation(system)
-    findings["observer_form_output_transform"] = decided(transformed.verdict)
+        reason = "output transformations are sought for a single output" if system.outputs else _NO_OUTPUT
+        return {key: not_applicable(key, reason) for key in keys}
+    found = output_transformation(system)
     psi = None
-    if transformed.psi is not None and transformed.symbol is not None:
-        psi = transformed.psi.xreplace({transformed.symbol: system.inline(system.readouts)[0]})
-    findings["output_transform"] = Finding(verdict=transformed.verdict, value=psi)
-    if found.form is None and transformed.form is not None:
-        findings |= _observer_coordinates(transformed.form)
+    if found.psi is not None and found.symbol is not None:
+        psi = found.psi.xreplace({found.symbol: system.inline(system.readouts)[0]})
+    findings = {
+        "observer_form_output_transform": decided(found.verdict),
+        "output_transform": Finding(verdict=found.verdict, value=psi),
+    }
+    if found.form is not None and find_observer_form(system).form is None:
+        findings |= _observer_coordinates(found.form)
     return findings
 
 
@@ -239,9 +246,8 @@ GROUPS: Mapping[tuple[str, ...], Callable[[System], dict[str, Finding]]] = {
         "observer_form",
         "observer_T",
         "observer_injection",
-        "observer_form_output_transform",
-        "output_transform",
     ): _observer,
+    ("observer_form_output_transform", "output_transform"): _output_transformation,
     ("zero_dynamics", "minimum_phase"): _zero_dynamics,
     ("dynamic_extension",): _dynamic_extension,
 }

@@ -54,15 +54,14 @@ def search_chain(section: OutputSection, fields: Sequence[sp.MatrixBase], psi: s
 
     Args:
         section: the plant with its output symbol.
-        fields: τ with Q τ = e_n for the output y itself, ad_f τ, … as far as known.
+        fields: τ with dψ(ad_f^{n−1} τ) = 1 and dL_f^k ψ(τ) = 0 for k < n − 1, ad_f τ, … as far as known.
         psi: ψ in the output symbol; the symbol itself for the plain form.
         claim: what the verdict is on.
     """
     view, y = section.view, section.y[0]
     n = len(view.x)
-    slope = psi.diff(y)
-    weight = section.at_states(slope)
-    chain = list(fields) if slope == 1 else [lowest_terms(sp.Matrix(fields[0]) / weight)]
+    weight = section.at_states(psi.diff(y))
+    chain = [sp.ImmutableDenseMatrix(field) for field in fields]
     while len(chain) < n:
         chain.append(lowest_terms(lie_bracket(view.f, chain[-1], view.x)))
     top = lie_bracket(view.f, chain[n - 1], view.x)

@@ -74,12 +74,12 @@ def observer_conditions(system: System) -> ObserverConditions:
     if found.solution is None:
         why = Verdict.undecided("the starting field is known", tried="Q τ = e_n")
         return _without_fields(seen, claim, quick if large and quick.fails else why)
-    started = tuple(found.solution)
-    result = attempt(_SECONDS, "brackets of the starting field", _brackets, view, sp.ImmutableDenseMatrix(started))
+    started = sp.ImmutableDenseMatrix(found.solution)
+    result = attempt(_SECONDS, "brackets of the starting field", chain_of_fields, view, started)
     if result.value is None:
         undecided = Verdict.undecided("brackets of the starting field", tried=result.reason)
         quick = refutation_at_a_point(seen) if not large and len(view.x) > 1 else quick
-        fields, commuting, inputs = (sp.ImmutableDenseMatrix(started),), quick if quick.fails else undecided, undecided
+        fields, commuting, inputs = (started,), quick if quick.fails else undecided, undecided
     else:
         fields, commuting, inputs = result.value
     return ObserverConditions(
@@ -91,10 +91,10 @@ def observer_conditions(system: System) -> ObserverConditions:
     )
 
 
-def _brackets(
+def chain_of_fields(
     view: ControlAffine, start: sp.ImmutableDenseMatrix
 ) -> tuple[tuple[sp.ImmutableDenseMatrix, ...], Verdict, Verdict]:
-    """The chain of fields, grown only as long as all brackets vanish, with the two verdicts."""
+    """(start, ad_f start, …, ad_f^{n−1} start), grown only as long as all brackets vanish, `commuting` and `inputs`."""
     n = len(view.x)
     fields = (start,)
     commuting = commuting_fields(view, fields)

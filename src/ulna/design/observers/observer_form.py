@@ -256,6 +256,8 @@ def shift_matrices(indices: tuple[int, ...]) -> tuple[sp.ImmutableDenseMatrix, s
 
 def explanation(verdict: Verdict) -> str:
     """One line on why there is no form, with the object that fails."""
+    if verdict.holds:
+        return f"it exists but was not written down: {verdict.evidence.get('reason', verdict.claim)}"
     because = verdict.evidence.get("because", verdict.claim)
     word = "fails" if verdict.status is Status.REFUTED else "is undecided"
     line = f"the condition '{because}' {word}"

@@ -18,15 +18,21 @@ from functools import lru_cache
 import sympy as sp
 
 from ulna.base.errors import NoFormError
-from ulna.base.verdict import Verdict
+from ulna.base.verdict import Verdict, all_of
 from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs, search_chain
-from ulna.design.observers.observer_conditions import ObserverConditions, lowest_terms, vanishes
+from ulna.design.observers.observer_conditions import (
+    ObserverConditions,
+    chain_of_fields,
+    lowest_terms,
+    vanishes,
+)
 from ulna.design.observers.observer_form import ObserverForm, assemble, explanation, find_observer_form, moved_back
 from ulna.design.observers.output_functions import OutputSection, integral_over_output, output_section
 from ulna.design.observers.straightened import StraightenedPlant, straightened_plant
 from ulna.geometry.lie import lie_bracket
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.formulas.parse import is_elementary
 from ulna.system.system import System
 
 _SECONDS = 10.0
@@ -40,8 +46,8 @@ class OutputTransformation:
         system: the plant.
         symbol: the symbol of y in ψ.
         psi: ψ(y), y itself where the plain form exists; None where there is none or none was found.
-        form: the observer form with measured output ψ(y), or None.
-        verdict: on its existence; refuted with the quantity that is not a function of y alone.
+        form: the observer form with measured output ψ(y), or None; None too where ψ exists but is not elementary.
+        verdict: on its existence; refuted with the quantity that is not a function of y alone; `slope` is ψ'.
     """
 
     system: System
@@ -111,15 +117,27 @@ def _search(conditions: ObserverConditions, claim: str) -> OutputTransformation:
     system = conditions.system
     section = output_section(conditions.observability.view)
     try:
-        psi = _psi(section, conditions)
+        slope = _slope(section, conditions)
     except NotOfOutputsError as failure:
         why = failure.verdict
         return _none(system, Verdict(claim=claim, status=why.status, evidence={"because": why.claim, **why.evidence}))
-    if psi == section.y[0]:
+    if slope == 1:
         why = conditions.exists if conditions.exists.fails else find_observer_form(system).verdict
         evidence = {**why.evidence, "because": why.claim, "psi": "y at most"}
         return _none(system, Verdict(claim=claim, status=why.status, evidence=evidence))
-    chain = search_chain(section, conditions.fields, psi, claim)
+    # Before an integral is sought: ψ' alone tells whether the brackets of the form in ψ(y) vanish.
+    start = lowest_terms(conditions.fields[0] / section.at_states(slope))
+    fields, commuting, inputs = chain_of_fields(section.view, start)
+    exists = all_of(claim, [commuting, inputs])
+    if exists.fails:
+        return _none(system, Verdict(claim=claim, status=exists.status, evidence={**exists.evidence, "slope": slope}))
+    psi = integral_over_output(section, slope)
+    if psi is None or not is_elementary(psi):
+        # The brackets vanish, so the form exists; without ψ in formulas nothing can be built on it.
+        evidence = {**exists.evidence, "slope": slope, "reason": f"∫ {slope} d{section.y[0]} is not elementary"}
+        return _none(system, Verdict(claim=claim, status=exists.status, evidence=evidence))
+    factor, psi = sp.factor_terms(psi).as_independent(section.y[0], as_Add=False)
+    chain = search_chain(section, [lowest_terms(field * factor) for field in fields], psi, claim)
     form = None if chain.coordinates is None else assemble(section, chain)
     verdict = chain.verdict if form is None else form.verdict
     if chain.coordinates is not None and form is None:
@@ -131,24 +149,20 @@ def _search(conditions: ObserverConditions, claim: str) -> OutputTransformation:
     return OutputTransformation(system=system, symbol=section.y[0], psi=psi, form=form, verdict=stated)
 
 
-def _psi(section: OutputSection, conditions: ObserverConditions) -> sp.Expr:
-    """ψ = ∫ exp(∫ φ dy) dy.
+def _slope(section: OutputSection, conditions: ObserverConditions) -> sp.Expr:
+    """ψ' = exp(∫ φ dy) in the output symbol, up to a factor; 1 where no transformation can help.
 
     Raises:
-        NotOfOutputsError: if φ is not a function of y, or an integral is not found.
+        NotOfOutputsError: if φ is not a function of y, or its integral is not found.
     """
     y = section.y[0]
     phi = of_outputs(section, curvature(conditions), "ψ''/ψ'")
     if phi == 0:
-        return y
+        return sp.Integer(1)
     exponent = integral_over_output(section, phi)
     if exponent is None:
         raise NotOfOutputsError(Verdict.undecided("ψ' in closed form", tried=f"∫ {phi} d{y}"))
-    slope = _exponential(exponent, y)
-    psi = integral_over_output(section, slope)
-    if psi is None:
-        raise NotOfOutputsError(Verdict.undecided("ψ in closed form", tried=f"∫ {slope} d{y}"))
-    return without_factor(psi, y)
+    return _exponential(exponent, y)
 
 
 def curvature(conditions: ObserverConditions) -> sp.Expr:

@@ -16,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from types import FrameType, TracebackType
 from typing import Generic, ParamSpec, Self, TypeVar
 
@@ -48,40 +49,43 @@ class _Stack(threading.local):
 _stack = _Stack()
 
 PATIENCE = float(os.environ.get("ULNA_PATIENCE", "1"))
-"""Every time budget is multiplied by this: budgets count seconds of the clock, and machines differ."""
+"""Every time budget is multiplied by this: machines differ."""
 
 
 class time_budget:  # noqa: N801 - read as a verb: `with time_budget(0.5):`
-    """Raise `BudgetExceeded` inside the block once `seconds` have passed; never after the block was left.
+    """Raise `BudgetExceeded` inside the block once `seconds` have been worked; never after the block was left.
 
-    Budgets nest: the tightest one fires first, an outer one goes on counting and is armed again afterwards.
-    A main thread whose SIGALRM is free uses the interval timer of the process, any other thread a watcher
-    that raises asynchronously. Both act between two Python instructions: one long call into compiled code
-    is interrupted only when it returns. SIGINT is not touched.
+    The clock is the thread's own CPU time (wall time on systems that do not show it to other threads), so that a busy
+    machine makes an answer late but not another one. Waiting costs nothing: algebra never waits. Budgets nest: the
+    tightest one fires first, an outer one goes on counting and is armed again afterwards.
+    A main thread whose SIGALRM is free uses the interval timer of the process, any other thread a watcher that raises
+    asynchronously. Both act between two Python instructions: one long call into compiled code is interrupted only when
+    it returns. SIGINT is not touched.
 
     Args:
-        seconds: s, wall time; infinity for no limit.
+        seconds: s of CPU time of this thread; infinity for no limit.
     """
 
     def __init__(self, seconds: float) -> None:
         self.seconds = float(seconds) * PATIENCE
         self.deadline = math.inf
+        self._clock = _thread_clock(threading.get_ident())
         self._watcher: _Watcher | None = None
 
     @property
     def expired(self) -> bool:
         """True once the time is spent."""
-        return time.monotonic() >= self.deadline
+        return self._clock() >= self.deadline
 
     def __enter__(self) -> Self:
-        self.deadline = time.monotonic() + self.seconds
+        self.deadline = self._clock() + self.seconds
         _stack.open.append(self)
         if math.isinf(self.deadline):
             return self
         if _signal_is_free():
             _arm_signal()
         else:
-            self._watcher = _Watcher(thread=threading.get_ident(), deadline=self.deadline)
+            self._watcher = _Watcher(thread=threading.get_ident(), clock=self._clock, deadline=self.deadline)
             self._watcher.start()
         return self
 
@@ -106,6 +110,13 @@ class time_budget:  # noqa: N801 - read as a verb: `with time_budget(0.5):`
             _arm_signal(quiet=interrupted and any(outer.expired for outer in _stack.open))
 
 
+def _thread_clock(thread: int) -> Callable[[], float]:
+    """s of CPU time of a running thread, readable from any thread; the wall clock where there is none."""
+    if not hasattr(time, "pthread_getcpuclockid"):
+        return time.monotonic
+    return partial(time.clock_gettime, time.pthread_getcpuclockid(thread))
+
+
 def _signal_is_free() -> bool:
     if threading.current_thread() is not threading.main_thread():
         return False
@@ -116,14 +127,15 @@ def _signal_is_free() -> bool:
 def _arm_signal(*, quiet: bool = False) -> None:
     """Set the process timer for the tightest open budget of the main thread, or give the signal back."""
     signal.setitimer(signal.ITIMER_REAL, 0.0)
-    deadline = min((one.deadline for one in _stack.open if one._watcher is None), default=math.inf)
-    if math.isinf(deadline):
+    left = min((one.deadline - one._clock() for one in _stack.open if one._watcher is None), default=math.inf)
+    if math.isinf(left):
         if signal.getsignal(signal.SIGALRM) is _on_alarm:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, signal.SIG_DFL)
         return
     signal.signal(signal.SIGALRM, _on_alarm)
-    first = _REPEAT if quiet else max(deadline - time.monotonic(), _SHORTEST)
+    # Real seconds, never fewer than those worked: an alarm that comes too early is repeated.
+    first = _REPEAT if quiet else max(left, _SHORTEST)
     signal.setitimer(signal.ITIMER_REAL, first, _REPEAT)
 
 
@@ -174,20 +186,25 @@ _PROTECTED = frozenset(
 class _Watcher(threading.Thread):
     """Raises `BudgetExceeded` in another thread when the deadline passes, until it is stopped."""
 
-    def __init__(self, *, thread: int, deadline: float) -> None:
+    def __init__(self, *, thread: int, clock: Callable[[], float], deadline: float) -> None:
         super().__init__(name="ulna time budget", daemon=True)
         self._target_thread = ctypes.c_ulong(thread)
+        self._clock = clock
         self._deadline = deadline
         self._stopped = threading.Event()
         self._lock = threading.Lock()
 
     def run(self) -> None:
-        delay = max(self._deadline - time.monotonic(), _SHORTEST)
+        delay = _SHORTEST
         while not self._stopped.wait(delay):
             with self._lock:
-                delay = _SHORTEST
+                if self._stopped.is_set():
+                    return
+                delay = max(self._deadline - self._clock(), _SHORTEST)
+                if delay > _SHORTEST:
+                    continue
                 frame = sys._current_frames().get(self._target_thread.value)
-                if not self._stopped.is_set() and not _is_own(frame) and not _would_be_lost(frame):
+                if not _is_own(frame) and not _would_be_lost(frame):
                     ctypes.pythonapi.PyThreadState_SetAsyncExc(self._target_thread, ctypes.py_object(BudgetExceeded))
                     delay = _REPEAT
 
@@ -230,7 +247,7 @@ def attempt(
     reason. Mistakes of the user (`UlnaError`), KeyboardInterrupt and an outer budget that is spent pass through.
 
     Args:
-        seconds: s, wall time.
+        seconds: s of CPU time.
         what: what is tried, in words, for the reason (`"solve for x1"`).
         function: called with the remaining arguments.
     """

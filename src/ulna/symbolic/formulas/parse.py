@@ -69,6 +69,11 @@ class _Placeholders:
         return key
 
 
+def is_elementary(expression: sp.Expr) -> bool:
+    """True if the formula language has every function that occurs: no exponential integral, no error function."""
+    return {type(node).__name__ for node in expression.atoms(sp.Function)} <= _FUNCTIONS.keys()
+
+
 def parse_formula(text: str, names: Mapping[str, sp.Expr], *, where: str = "formula") -> sp.Expr:
     """The expression that `text` writes, in the given names.
 
