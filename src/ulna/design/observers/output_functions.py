@@ -15,7 +15,7 @@ from ulna.symbolic.exact.linear import nullspace
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.symbolic.integration.potential import antiderivative, potential_in_span
+from ulna.symbolic.integration.potential import antiderivative, antiderivative_by_rules, potential_in_span
 from ulna.symbolic.solving.invert import invert_map
 from ulna.system.affine import ControlAffine
 from ulna.system.operating_point import operating_point
@@ -180,8 +180,11 @@ def integral_over_output(section: OutputSection, slope: sp.Expr, *, index: int =
 
 
 def _antiderivatives(slope: sp.Expr, y: sp.Symbol) -> Iterator[sp.Expr]:
-    """Candidates from cheap to dear: in the span of the functions that occur, as a whole and term by term."""
+    """Candidates from cheap to dear: by rules, in the span of the functions that occur, as a whole and term by term."""
     expanded = sp.expand(slope)
+    ruled = antiderivative_by_rules(expanded, y)
+    if ruled is not None:
+        yield ruled
     forms = list(dict.fromkeys((expanded, slope)))
     for form in forms:
         found = attempt(0.5, "potential", potential_in_span, (form,), (y,)).value
