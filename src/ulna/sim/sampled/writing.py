@@ -16,6 +16,11 @@ ROUNDING = "6755399441055744.0"
 """1.5 · 2^52: adding and subtracting it rounds to the nearest whole number."""
 
 
+LAMBERT_ABOVE = (1.0, 0.13725490196078433, 0.00392156862745098, 2.8729440494146376e-05, 2.901963686277412e-08)
+LAMBERT_BELOW = (1.0, 0.47058823529411764, 0.027450980392156862, 0.00040221216691804925, 1.3058836588248353e-06)
+"""Of tanh y = y N(y²)/D(y²), the ninth convergent of Lambert's continued fraction."""
+
+
 class Writer:
     """Lines of source with indentation and names that are used once."""
 
@@ -48,6 +53,8 @@ class Writer:
                 values.append(self._sine(operands[0]))
             elif operation is Operation.COS:
                 values.append(self._cosine(operands[0]))
+            elif operation is Operation.TANH:
+                values.append(self._hyperbolic_tangent(operands[0]))
             elif operation is Operation.FLOOR:
                 values.append(self.floor(operands[0]))
             else:
@@ -70,6 +77,27 @@ class Writer:
         j = self.new(f"({angle} * 0.3183098861837907 - 0.5 + {ROUNDING}) - {ROUNDING}")
         value = self._sine_near_zero(angle, self.new(f"{j} + 0.5"))
         return self.new(f"-{value} if 2.0 * (({j} * 0.5 + {ROUNDING}) - {ROUNDING}) == {j} else {value}")
+
+    def _hyperbolic_tangent(self, value: str) -> str:
+        """tanh x within 2e-15: Lambert's continued fraction, cut after nine terms, at x/16, then doubled four times.
+
+        tanh 2y = 2 n d/(d² + n²) for tanh y = n/d, so that one division is left; beyond 20 the answer is ±1.
+        """
+        above = self.new(f"20.0 if {value} > 20.0 else {value}")
+        y = self.new(f"(-20.0 if {above} < -20.0 else {above}) * 0.0625")
+        w = self.new(f"{y} * {y}")
+        n = self.new(f"{y} * {self._polynomial(w, LAMBERT_ABOVE)}")
+        d = self.new(self._polynomial(w, LAMBERT_BELOW))
+        for _ in range(4):
+            n, d = self.new(f"2.0 * {n} * {d}"), self.new(f"fused({n}, {n}, {d} * {d})")
+        return self.new(f"{n} / {d}")
+
+    def _polynomial(self, x: str, coefficients: tuple[float, ...]) -> str:
+        """Horner's rule; the constant term first."""
+        text = repr(coefficients[-1])
+        for value in reversed(coefficients[:-1]):
+            text = f"fused({x}, {text}, {value!r})"
+        return text
 
     def _sine_near_zero(self, angle: str, turns: str) -> str:
         """sin(x − n π) for |x − n π| ≤ π/2: within 3e-16 up to 1e6 rad, then within the spacing of doubles there.
