@@ -131,20 +131,21 @@ def _in_batches(
         constants[row] = value
     starts = list(range(0, runs, BATCH * CHUNK))
     threads = min(job.threads, len(starts))
+    # Copies take a millisecond; with them several threads of a process may be at work on one loop.
     with batch.lock:
-        integrators = [deepcopy(batch.integrator) for _ in range(threads - 1)] + [batch.integrator]
+        integrators = [deepcopy(batch.integrator) for _ in range(threads)]
 
-        def work(worker: int) -> list[int]:
-            left: list[int] = []
-            for start in starts[worker::threads]:
-                chosen = np.arange(start, min(start + BATCH * CHUNK, runs))
-                left += _chunk(job, settings, batch, integrators[worker], constants, samples, chosen, figures)
-            return left
+    def work(worker: int) -> list[int]:
+        left: list[int] = []
+        for start in starts[worker::threads]:
+            chosen = np.arange(start, min(start + BATCH * CHUNK, runs))
+            left += _chunk(job, settings, batch, integrators[worker], constants, samples, chosen, figures)
+        return left
 
-        if threads == 1:
-            return work(0)
-        with ThreadPoolExecutor(threads) as pool:
-            return sorted(run for left in pool.map(work, range(threads)) for run in left)
+    if threads == 1:
+        return work(0)
+    with ThreadPoolExecutor(threads) as pool:
+        return sorted(run for left in pool.map(work, range(threads)) for run in left)
 
 
 def _chunk(
