@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from ulna.base import DesignError
+from ulna.base import DesignError, UlnaWarning
 from ulna.design import (
     LinearQuadratic,
     Poles,
@@ -23,6 +23,7 @@ from ulna.models import model
 from ulna.sim import TIME, simulate
 from ulna.system import rest_point, system_from_mapping, write_system
 from ulna.system.file import read_system
+from ulna.system.operating_point import operating_point
 
 ARM = model("one_link_arm").with_values()
 LAW_POLES = Poles("-2+2*sqrt(3)*j", "-2-2*sqrt(3)*j", -8)
@@ -91,6 +92,28 @@ def test_integral_action_removes_the_offset_of_a_wrong_load():
 def test_regulation_needs_no_reference_input():
     law = state_feedback(controller_form(ARM), LAW_POLES, reference=Regulate())
     assert [s.name for s in law.system.inputs] == ["theta", "omega", "i"]
+
+
+def test_regulation_holds_an_operating_point_away_from_the_origin():
+    levitation = model("magnetic_levitation").with_values()
+    loop = close_loop(levitation, state_feedback(controller_form(levitation), Poles(-5, -6, -7)))
+    point = {symbol.name: float(value) for symbol, value in operating_point(levitation).states.items()}
+    assert point["x"] > 0
+    assert rest_point(loop.system, point).states == pytest.approx(point)
+    assert as_set(rest_point(loop.system, point).poles) == as_set([-5, -6, -7])
+
+
+def test_a_law_that_divides_by_zero_at_the_operating_point_says_so():
+    singular = system_from_mapping(
+        {
+            "format": 1,
+            "name": "force that fades at the origin",
+            "states": {"x1": {"equation": "x2"}, "x2": {"equation": "x1*u"}},
+            "inputs": {"u": {}},
+        }
+    )
+    with pytest.warns(UlnaWarning, match="divides by zero at the operating point x1 = 0, x2 = 0"):
+        state_feedback(controller_form(singular), Poles(-1, -2))
 
 
 def test_linear_quadratic_gains_stabilise_each_chain():

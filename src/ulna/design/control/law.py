@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import sympy as sp
 
-from ulna.base.errors import DesignError
+from ulna.base.errors import DesignError, UlnaWarning
 from ulna.design.control.gains import AbstractGainRule
 from ulna.design.control.reference import AbstractReference, ReferenceChain, Regulate
 from ulna.symbolic.exact.simplify import shortened
+from ulna.symbolic.exact.zero import SampledZero, is_zero
+from ulna.symbolic.formulas.text import formula
 from ulna.system.affine import ControlAffine
+from ulna.system.operating_point import operating_point
 from ulna.system.signal import Signal
 from ulna.system.system import System
 
@@ -101,9 +105,13 @@ def state_feedback(
 
     Raises:
         DesignError: if the gain rule does not fit the chains.
+
+    Warns:
+        UlnaWarning: if β is singular at the operating point, where the law divides by zero.
     """
     if not form.indices:
         raise DesignError(f"a law for '{form.system.name}'", "the plant has no inputs.")
+    _warn_if_singular(form)
     extra = 1 if integral else 0
     polynomials = gains.polynomials([r + extra for r in form.indices])
     chains = [
@@ -132,6 +140,19 @@ def state_feedback(
             parameters=form.system.parameters,
         ),
     )
+
+
+def _warn_if_singular(form: LinearisingForm) -> None:
+    point = operating_point(form.system)
+    there = form.beta.subs(dict(point.states))
+    if there.has(sp.nan, sp.zoo, sp.oo) or is_zero(there.det(method="berkowitz"), test=SampledZero(seconds=0.2)).holds:
+        where = ", ".join(f"{x.name} = {formula(value)}" for x, value in point.states.items())
+        warnings.warn(
+            f"the law of '{form.system.name}' divides by zero at the operating point {where}: det β vanishes there. "
+            "Choose another [operating_point], or other outputs.",
+            UlnaWarning,
+            stacklevel=3,
+        )
 
 
 def _errors(form: LinearisingForm, chains: list[ReferenceChain]) -> list[list[sp.Expr]]:

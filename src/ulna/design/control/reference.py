@@ -8,6 +8,8 @@ from itertools import pairwise
 
 import sympy as sp
 
+from ulna.symbolic.exact.simplify import tidy
+from ulna.system.operating_point import operating_point
 from ulna.system.signal import Signal
 from ulna.system.system import System
 
@@ -35,12 +37,13 @@ class AbstractReference(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Regulate(AbstractReference):
-    """Drive every linearising output to zero, as the paper's law (30, 32) does. No reference input."""
+    """Hold the operating point: the origin in the paper's law (30, 32). No reference input."""
 
     def chain(self, system: System, output: sp.Expr, index: int, order: int) -> ReferenceChain:
-        """Zero, whatever the output."""
-        del system, output, index
-        return ReferenceChain(signals=(), values=(sp.Integer(0),) * (order + 1))
+        """The output's value at the operating point and zeros behind it."""
+        del index
+        held = tidy(output.subs(dict(operating_point(system).states)))
+        return ReferenceChain(signals=(), values=(held, *(sp.Integer(0),) * order))
 
 
 @dataclass(frozen=True, slots=True)
