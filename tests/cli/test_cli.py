@@ -91,7 +91,7 @@ def test_a_closed_loop_is_simulated_drawn_and_written(tmp_path):
     [
         (["analyse", "nowhere.toml"], "cannot be read"),
         (["analyse", "one_link_arn"], "Did you mean one_link_arm"),
-        (["design", "one_link_arm"], "no poles were given"),
+        (["design", "one_link_arm"], "neither a law nor an observer is asked for"),
         (["design", "one_link_arm", "--controller-poles", "-1,-2"], "2 given (-1, -2), 3 needed"),
         (["design", "one_link_arm", "--controller-poles", "-1+2j,-2,-3"], "conjugate"),
         (["design", "one_link_arm", "--controller-poles", "-1,,-3"], "an entry is empty"),

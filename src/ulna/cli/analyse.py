@@ -6,11 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ulna.cli.session import console, plant, print_json, progress
+from ulna.cli.session import console, line, plant, print_json, progress
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from ulna.base.verdict import Verdict
     from ulna.design.analysis.analysis import Analysis
 
@@ -35,7 +33,7 @@ def analyse(
     if as_json:
         print_json(_data(analysis))
         return
-    console().print(_table(analysis))
+    _print(analysis)
 
 
 def _data(analysis: Analysis) -> dict[str, Any]:
@@ -51,7 +49,8 @@ def _data(analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def _table(analysis: Analysis) -> Table:
+def _print(analysis: Analysis) -> None:
+    """One row per question; what stands behind an answer follows as numbered notes, each said once."""
     from rich.markup import escape
     from rich.table import Table
 
@@ -60,32 +59,21 @@ def _table(analysis: Analysis) -> Table:
     table = Table(title=escape(f"{analysis.system.name} at {rest} ({kind})"), title_justify="left")
     table.add_column("question", no_wrap=True)
     table.add_column("verdict", no_wrap=True)
-    table.add_column("answer", overflow="fold", ratio=2)
-    table.add_column("why", overflow="fold", ratio=2)
+    table.add_column("answer", overflow="fold")
+    table.add_column("note", justify="right", no_wrap=True)
+    notes: dict[str, int] = {}
     for key, finding in analysis.findings.items():
         status = str(finding.verdict.status)
-        shown = f"[{_COLOURS[status]}]{status}[/]"
-        table.add_row(key, shown, escape(_text(finding.value)), escape(_evidence(finding.verdict)))
-    return table
-
-
-def _text(value: Any, limit: int = 400) -> str:
-    """A value as one line: vectors and one-row matrices without brackets, mappings as equations."""
-    from ulna.report.results import plain
-
-    text = _line(plain(value))
-    return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters; --json shows all)"
-
-
-def _line(shape: Any) -> str:
-    if shape is None:
-        return "–"
-    if isinstance(shape, dict):
-        return "; ".join(f"{key} = {_line(part)}" for key, part in shape.items() if part not in ({}, []))
-    if isinstance(shape, list):
-        parts = [part[0] if isinstance(part, list) and len(part) == 1 else part for part in shape]
-        return ", ".join(f"({_line(part)})" if isinstance(part, list | dict) else str(part) for part in parts)
-    return str(shape)
+        why = _evidence(finding.verdict)
+        number = str(notes.setdefault(why, len(notes) + 1)) if why else ""
+        table.add_row(key, f"[{_COLOURS[status]}]{status}[/]", escape(line(finding.value)), number)
+    console().print(table)
+    below = Table.grid(padding=(0, 1))
+    below.add_column(justify="right", no_wrap=True)
+    below.add_column(overflow="fold")
+    for why, number in notes.items():
+        below.add_row(str(number), escape(why))
+    console().print(below)
 
 
 def _evidence(verdict: Verdict) -> str:
@@ -93,5 +81,8 @@ def _evidence(verdict: Verdict) -> str:
     sampling = {"points", "seed", "digits", "tolerance", "generically"}
     proof = {"point", "rank", "rows", "method", "because", "per_output", "manifold", "inputs", "regular", "psi"}
     dropped = sampling | (proof if verdict.holds else set())
-    told = {key: value for key, value in verdict.evidence.items() if key not in dropped and value is not None}
-    return "; ".join(f"{key}: {_text(value, 160)}" for key, value in told.items())
+    first = {"because": verdict.evidence.get("because")}  # what was asked on the way, then what was found
+    told = {key: value for key, value in (first | dict(verdict.evidence)).items() if key not in dropped}
+    if getattr(told.get("singular"), "is_number", False):
+        del told["singular"]  # singular nowhere
+    return "; ".join(f"{key}: {line(value, 300)}" for key, value in told.items() if value not in (None, (), [], {}))

@@ -2,51 +2,67 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ulna.cli.session import console, plant, pole_list, print_json, progress
+from ulna.cli.making import (
+    AsSetPoint,
+    AsTrack,
+    ControllerPoles,
+    Design,
+    DesignOptions,
+    HighGain,
+    InputOutput,
+    Integral,
+    Kalman,
+    ObserverPoles,
+    Weights,
+    make_design,
+)
+from ulna.cli.session import console, line, plant, print_json, progress
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-
-    from ulna.design.control.compensator import Compensator
-    from ulna.design.control.law import Law
-    from ulna.design.observers.observer import Observer
-    from ulna.system.system import System
-
-ControllerPoles = Annotated[str, typer.Option("--controller-poles", help="Comma-separated: '-2+3.46j,-2-3.46j,-8'.")]
-ObserverPoles = Annotated[str, typer.Option("--observer-poles", help="Comma-separated: '-9,-10,-11'.")]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Design:
-    """What the options asked for: a law, an observer, or both as a compensator."""
-
-    plant: System
-    law: Law | None
-    observer: Observer | None
-    compensator: Compensator | None
 
 
 def design(
     name: Annotated[str, typer.Argument(metavar="PLANT", help="A plant file (TOML or JSON) or a catalogue name.")],
     controller_poles: ControllerPoles = "",
+    lqr: Weights = "",
+    input_output: InputOutput = False,
+    set_point: AsSetPoint = False,
+    track: AsTrack = False,
+    integral: Integral = False,
     observer_poles: ObserverPoles = "",
+    high_gain: HighGain = None,
+    kalman: Kalman = "",
     symbolic: Annotated[bool, typer.Option(help="Keep parameters as symbols instead of their values.")] = False,
     out: Annotated[Path | None, typer.Option(help="Write the controller as a plant file (TOML or JSON).")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the poles: a .png, .svg or .pdf file.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON for machines.")] = False,
 ) -> None:
-    """Design a feedback law, an observer, or with both sets of poles the compensator that joins them."""
+    """Design a feedback law, an observer, or both and the compensator that joins them.
+
+    The law holds the operating point of the plant file unless it takes a set point or a reference.
+    """
     from ulna.system.file import write_system
 
     system = plant(name)
+    options = DesignOptions(
+        controller_poles=controller_poles,
+        lqr=lqr,
+        input_output=input_output,
+        set_point=set_point,
+        track=track,
+        integral=integral,
+        observer_poles=observer_poles,
+        high_gain=high_gain,
+        kalman=kalman,
+    )
     with progress(f"designing for '{system.name}'"):
-        made = make_design(system if symbolic else system.with_values(), controller_poles, observer_poles)
+        made = make_design(system if symbolic else system.with_values(), options)
     controller = made.compensator or made.law or made.observer
     if out is not None and controller is not None:
         write_system(controller.system, out)
@@ -57,33 +73,6 @@ def design(
         return
     for title, rows in _sections(made):
         _print_section(title, rows)
-
-
-def make_design(system: System, controller_poles: str, observer_poles: str) -> Design:
-    """The design that the two options ask for.
-
-    Raises:
-        UlnaError: if neither is given, or the plant lacks the form that one of them needs.
-    """
-    from ulna.base import DesignError
-    from ulna.design.control.compensator import compensator
-    from ulna.design.control.gains import Poles
-    from ulna.design.control.law import state_feedback
-    from ulna.design.forms.controller_form import controller_form
-    from ulna.design.observers.observer import exact_observer
-    from ulna.design.observers.observer_form import observer_form
-
-    if not controller_poles and not observer_poles:
-        raise DesignError("a design", "no poles were given.", "Add --controller-poles, --observer-poles or both.")
-    law = observer = None
-    if controller_poles:
-        gains = Poles(*pole_list(controller_poles))
-        law = state_feedback(controller_form(system), gains)
-    if observer_poles:
-        gains = Poles(*pole_list(observer_poles))
-        observer = exact_observer(observer_form(system), gains)
-    both = compensator(law, observer) if law is not None and observer is not None else None
-    return Design(plant=system, law=law, observer=observer, compensator=both)
 
 
 def _sections(made: Design) -> Iterable[tuple[str, dict[str, Any]]]:
@@ -101,10 +90,11 @@ def _sections(made: Design) -> Iterable[tuple[str, dict[str, Any]]]:
         )
         yield "gains K on z", {"K": made.law.gains}
         yield "law", _named(made.law.system.outputs, made.law.expressions)
-    if made.observer is not None and (form_o := made.observer.form) is not None:
-        yield "observer form z = T(x)", {f"z{k + 1}": e for k, e in enumerate(form_o.map.forward)}
-        yield "injection γ(y, u)", {f"γ{k + 1}": e for k, e in enumerate(form_o.injection)}
-        yield "gains L on y − ŷ in z", {"L": made.observer.gains}
+    if made.observer is not None:
+        if (form_o := made.observer.form) is not None:
+            yield "observer form z = T(x)", {f"z{k + 1}": e for k, e in enumerate(form_o.map.forward)}
+            yield "injection γ(y, u)", {f"γ{k + 1}": e for k, e in enumerate(form_o.injection)}
+            yield "gains L on y − ŷ in z", {"L": made.observer.gains}
         system = made.observer.system
         yield "observer", {f"{s.name}'": r for s, r in zip(system.states, system.inline(system.rates), strict=True)}
 
@@ -127,8 +117,9 @@ def _data(made: Design) -> dict[str, Any]:
             "indices": list(form.indices),
         }
         data["law"] = {"gains": plain(made.law.gains), **plain(_named(made.law.system.outputs, made.law.expressions))}
-    if made.observer is not None and (form_o := made.observer.form) is not None:
-        data["observer_form"] = {"T": plain(list(form_o.map.forward)), "injection": plain(list(form_o.injection))}
+    if made.observer is not None:
+        if (form_o := made.observer.form) is not None:
+            data["observer_form"] = {"T": plain(list(form_o.map.forward)), "injection": plain(list(form_o.injection))}
         data["observer"] = {"gains": plain(made.observer.gains), "system": system_to_mapping(made.observer.system)}
     if made.compensator is not None:
         data["compensator"] = system_to_mapping(made.compensator.system)
@@ -139,13 +130,12 @@ def _print_section(title: str, rows: dict[str, Any]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from ulna.report.results import plain
-
-    table = Table(title=escape(title), title_justify="left", show_header=False, box=None, padding=(0, 2))
+    console().print(f"[italic]{escape(title)}[/]")
+    table = Table(show_header=False, box=None, padding=(0, 2))
     table.add_column(no_wrap=True, style="bold")
     table.add_column(overflow="fold")
     for key, value in rows.items():
-        table.add_row(escape(key), escape(str(plain(value))))
+        table.add_row(escape(key), escape(line(value, 4000)))
     console().print(table)
 
 

@@ -19,11 +19,13 @@ def list_models(
         rows = [{"name": m.name, "text": m.text, "teaches": m.teaches, "source": m.source} for m in models()]
         print_json(rows)
         return
+    from rich.markup import escape
     from rich.table import Table
 
-    table = Table(title="plants of the catalogue", title_justify="left")
-    for heading in ("name", "what it is", "what it teaches", "source"):
-        table.add_column(heading, no_wrap=heading == "name", overflow="fold")
+    table = Table(title="plants of the catalogue", title_justify="left", show_lines=True)
+    table.add_column("name", no_wrap=True)
+    table.add_column("what it is, what it teaches, where it comes from", overflow="fold")
     for entry in models():
-        table.add_row(entry.name, entry.text, entry.teaches, entry.source)
+        lines = (escape(entry.text), escape(entry.teaches), f"[dim]{escape(entry.source)}[/]" if entry.source else "")
+        table.add_row(entry.name, "\n".join(one for one in lines if one))
     console().print(table)

@@ -78,6 +78,25 @@ def progress(text: str) -> Iterator[None]:
         yield
 
 
+def line(value: Any, limit: int = 400) -> str:
+    """A value as one line: vectors and one-row matrices without brackets, mappings as equations."""
+    from ulna.report.results import plain
+
+    text = _line(plain(value))
+    return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters; --json shows all)"
+
+
+def _line(shape: Any) -> str:
+    if shape is None:
+        return "–"
+    if isinstance(shape, dict):
+        return "; ".join(f"{key} = {_line(part)}" for key, part in shape.items() if part not in ({}, []))
+    if isinstance(shape, list):
+        parts = [part[0] if isinstance(part, list) and len(part) == 1 else part for part in shape]
+        return ", ".join(f"({_line(part)})" if isinstance(part, list | dict) else str(part) for part in parts)
+    return str(shape)
+
+
 def print_json(data: Any) -> None:
     """One JSON document on standard output; NaN and infinity become null."""
     typer.echo(json.dumps(_finite(data), indent=2, ensure_ascii=False))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ulna.base.errors import SimulationError
-from ulna.cli.design import ControllerPoles, ObserverPoles, make_design
+from ulna.cli.making import ControllerPoles, DesignOptions, ObserverPoles, make_design
 from ulna.cli.session import console, number_list, plant, print_json, progress
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def _loop(system: System, controller_poles: str, observer_poles: str) -> System:
         return system
     if not controller_poles:
         raise DesignError("a closed loop", "--observer-poles without --controller-poles.", "Give the law's poles too.")
-    made = make_design(system, controller_poles, observer_poles)
+    made = make_design(system, DesignOptions(controller_poles=controller_poles, observer_poles=observer_poles))
     controller = made.compensator or made.law
     if controller is None:
         raise DesignError("a closed loop", "no law was designed.")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ulna.cli.design import ControllerPoles, ObserverPoles, make_design
+from ulna.cli.making import ControllerPoles, DesignOptions, ObserverPoles, make_design
 from ulna.cli.session import console, number_list, plant, print_json, progress
 
 if TYPE_CHECKING:
@@ -98,7 +98,8 @@ def _loop(system: System, controller_poles: str, observer_poles: str) -> ClosedL
                 "a closed loop", "--observer-poles without --controller-poles.", "Give the law's poles too."
             )
         return system
-    made = make_design(system.with_values(), controller_poles, observer_poles)
+    options = DesignOptions(controller_poles=controller_poles, observer_poles=observer_poles)
+    made = make_design(system.with_values(), options)
     controller = made.compensator or made.law
     if controller is None:
         raise DesignError("a closed loop", "no law was designed.")

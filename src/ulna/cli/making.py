@@ -1,0 +1,240 @@
+"""From the options of a command to a design: which law, which observer, and the compensator of both."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ulna.cli.session import number_list, pole_list
+
+if TYPE_CHECKING:
+    from ulna.base import NoFormError
+    from ulna.design.control.compensator import Compensator
+    from ulna.design.control.gains import AbstractGainRule
+    from ulna.design.control.law import Law
+    from ulna.design.control.reference import AbstractReference
+    from ulna.design.observers.observer import Observer
+    from ulna.system.system import System
+
+_LAW, _OBSERVER = "Law", "Observer"
+ControllerPoles = Annotated[
+    str, typer.Option("--controller-poles", help="Poles of the law: '-2+3.46j,-2-3.46j,-8'.", rich_help_panel=_LAW)
+]
+Weights = Annotated[
+    str,
+    typer.Option(
+        "--lqr",
+        metavar="Q1,…:R",
+        help="Instead of poles: linear-quadratic weights of each chain's coordinates and of its input: '100,1,1:1'.",
+        rich_help_panel=_LAW,
+    ),
+]
+InputOutput = Annotated[
+    bool,
+    typer.Option("--input-output", help="Linearise the given outputs only, not the whole state.", rich_help_panel=_LAW),
+]
+AsSetPoint = Annotated[
+    bool, typer.Option("--set-point", help="Let the law take a set point, input '<output>_ref'.", rich_help_panel=_LAW)
+]
+AsTrack = Annotated[
+    bool,
+    typer.Option("--track", help="Let the law take a reference with its derivatives.", rich_help_panel=_LAW),
+]
+Integral = Annotated[
+    bool,
+    typer.Option("--integral", help="Add integral action; it needs one more pole per chain.", rich_help_panel=_LAW),
+]
+ObserverPoles = Annotated[
+    str, typer.Option("--observer-poles", help="Poles of the error: '-9,-10,-11'.", rich_help_panel=_OBSERVER)
+]
+HighGain = Annotated[
+    float | None,
+    typer.Option(
+        "--high-gain",
+        metavar="EPS",
+        help="A high-gain observer with the poles divided by EPS, for a plant without observer form.",
+        rich_help_panel=_OBSERVER,
+    ),
+]
+Kalman = Annotated[
+    str,
+    typer.Option(
+        "--kalman",
+        metavar="Q1,…:R1,…",
+        help="An extended Kalman filter: noise densities of the states and of the outputs: '1,1,1:0.01'.",
+        rich_help_panel=_OBSERVER,
+    ),
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignOptions:
+    """What a user asks for on the command line, as text; empty where nothing is asked."""
+
+    controller_poles: str = ""
+    lqr: str = ""
+    input_output: bool = False
+    set_point: bool = False
+    track: bool = False
+    integral: bool = False
+    observer_poles: str = ""
+    high_gain: float | None = None
+    kalman: str = ""
+
+    @property
+    def law(self) -> bool:
+        """True if a law is asked for."""
+        return bool(self.controller_poles or self.lqr)
+
+    @property
+    def observer(self) -> bool:
+        """True if an observer is asked for."""
+        return bool(self.observer_poles or self.kalman)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """What the options asked for: a law, an observer, or both as a compensator."""
+
+    plant: System
+    law: Law | None
+    observer: Observer | None
+    compensator: Compensator | None
+
+
+def make_design(system: System, options: DesignOptions) -> Design:
+    """The design that the options ask for.
+
+    Raises:
+        UlnaError: if nothing is asked for or two options exclude each other, or the plant lacks the form needed.
+    """
+    from ulna.base import DesignError
+    from ulna.design.control.compensator import compensator
+
+    _require_consistent(options)
+    if not options.law and not options.observer:
+        what = "Add --controller-poles or --lqr, --observer-poles or --kalman, or one of each."
+        raise DesignError("a design", "neither a law nor an observer is asked for.", what)
+    law = _law(system, options) if options.law else None
+    observer = _observer(system, options) if options.observer else None
+    both = compensator(law, observer) if law is not None and observer is not None else None
+    return Design(plant=system, law=law, observer=observer, compensator=both)
+
+
+def _require_consistent(options: DesignOptions) -> None:
+    from ulna.base import DesignError
+
+    pairs = (
+        ("--controller-poles", "--lqr", options.controller_poles and options.lqr),
+        ("--set-point", "--track", options.set_point and options.track),
+        ("--observer-poles", "--kalman", options.observer_poles and options.kalman),
+    )
+    for one, other, clash in pairs:
+        if clash:
+            raise DesignError(f"{one} and {other}", "they exclude each other.", "Leave one of them out.")
+    if options.high_gain is not None and not options.observer_poles:
+        raise DesignError("--high-gain", "it needs the poles of the error.", "Add --observer-poles.")
+    wants = [name for name in ("integral", "set_point", "track", "input_output") if getattr(options, name)]
+    if wants and not options.law:
+        asked = f"--{wants[0].replace('_', '-')}"
+        raise DesignError(asked, "there is no law to add it to.", "Add --controller-poles or --lqr.")
+
+
+def _law(system: System, options: DesignOptions) -> Law:
+    from ulna.base import NoFormError
+    from ulna.design.control.law import state_feedback
+    from ulna.design.control.reference import SetPoint, Track
+    from ulna.design.forms.controller_form import controller_form
+    from ulna.design.forms.input_output import input_output_form
+
+    if options.input_output:
+        form = input_output_form(system)
+        _warn_of_internal_dynamics(system)
+    else:
+        try:
+            form = controller_form(system)
+        except NoFormError as missing:
+            square = 0 < len(system.outputs) == len(system.inputs)
+            offer = "Add --input-output to linearise the outputs only." if square else missing.hint
+            raise type(missing)(missing.asked, missing.found, offer, value=missing.value) from None
+    reference: AbstractReference | None = None
+    if options.set_point or options.track:
+        reference = SetPoint() if options.set_point else Track()
+    return state_feedback(form, _gains(options), reference=reference, integral=options.integral)
+
+
+def _warn_of_internal_dynamics(system: System) -> None:
+    """Say what the law leaves to itself."""
+    from ulna.base import UlnaWarning
+    from ulna.design.internal.minimum_phase import minimum_phase
+    from ulna.design.internal.zero_dynamics import zero_dynamics
+
+    stability = str(minimum_phase(zero_dynamics(system)).stability)
+    if stability not in ("exponential", "asymptotic"):
+        warnings.warn(
+            f"the zero dynamics of '{system.name}' are {stability}: with the outputs held the rest of the state may "
+            "run away. `ulna analyse` shows them.",
+            UlnaWarning,
+            stacklevel=2,
+        )
+
+
+def _gains(options: DesignOptions) -> AbstractGainRule:
+    from ulna.design.control.gains import LinearQuadratic, Poles
+
+    if options.controller_poles:
+        return Poles(*pole_list(options.controller_poles))
+    states, weight = _halves(options.lqr, "--lqr", "'100,1,1:1'", missing="1")
+    if len(weight) != 1:
+        from ulna.base import DesignError
+
+        raise DesignError(f"--lqr '{options.lqr}'", f"{len(weight)} weights of the new input.", "Give one after ':'.")
+    return LinearQuadratic(state_weights=tuple(states), input_weight=weight[0])
+
+
+def _observer(system: System, options: DesignOptions) -> Observer:
+    from ulna.base import NoFormError
+    from ulna.design.control.gains import Poles
+    from ulna.design.observers.extended_kalman import extended_kalman_filter
+    from ulna.design.observers.high_gain import high_gain_observer
+    from ulna.design.observers.observer import exact_observer
+    from ulna.design.observers.observer_form import observer_form
+    from ulna.design.observers.output_transformation import transformed_observer_form
+
+    if options.kalman:
+        process, measurement = _halves(options.kalman, "--kalman", "'1,1,1:0.01'")
+        return extended_kalman_filter(system, process_noise=process, measurement_noise=measurement)
+    gains = Poles(*pole_list(options.observer_poles))
+    if options.high_gain is not None:
+        return high_gain_observer(system, gains, time_scale=options.high_gain)
+    try:
+        form = observer_form(system)
+    except NoFormError as missing:
+        try:
+            form = transformed_observer_form(system)
+        except NoFormError:
+            raise _with_offer(missing, system) from None
+    return exact_observer(form, gains)
+
+
+def _with_offer(missing: NoFormError, system: System) -> NoFormError:
+    """The refusal with what the command line offers instead of an observer form."""
+    if not system.outputs:
+        found, offer = "the plant has no output to observe.", "Add [outputs], or leave the observer out."
+    else:
+        weights = f"{','.join(['1'] * len(system.states))}:{','.join(['0.01'] * len(system.outputs))}"
+        found, offer = missing.found, f"Add --high-gain 0.1, or replace --observer-poles by --kalman {weights}."
+    return type(missing)(missing.asked, found, offer, value=missing.value)
+
+
+def _halves(text: str, option: str, example: str, *, missing: str = "") -> tuple[list[float], list[float]]:
+    """The numbers before and behind the colon."""
+    from ulna.base import DesignError
+
+    first, colon, second = text.partition(":")
+    if not first or (colon and not second) or (not colon and not missing):
+        raise DesignError(f"{option} '{text}'", "two lists divided by ':' are due.", f"Write {example}.")
+    return number_list(first, option), number_list(second or missing, option)
