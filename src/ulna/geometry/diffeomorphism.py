@@ -75,11 +75,10 @@ def new_symbols(
 ) -> tuple[sp.Symbol, ...]:
     """`count` real symbols stem1, stem2, … (just `stem` for one, if asked), avoiding names taken."""
     names = {s.name for s in taken}
-    while any(name in names for name in (stem, *(f"{stem}{k + 1}" for k in range(count)))):
+    endings = [""] if count == 1 and plain_if_one else [str(k + 1) for k in range(count)]
+    while any(stem + ending in names for ending in endings):
         stem += "_"
-    if count == 1 and plain_if_one:
-        return (sp.Symbol(stem, real=True),)
-    return tuple(sp.Symbol(f"{stem}{k + 1}", real=True) for k in range(count))
+    return tuple(sp.Symbol(stem + ending, real=True) for ending in endings)
 
 
 def diffeomorphism(

@@ -17,6 +17,7 @@ from ulna.design.internal.zero_dynamics import zero_dynamics
 from ulna.design.observers.observer_form import ObserverForm, find_observer_form
 from ulna.design.observers.output_transformation import output_transformation
 from ulna.geometry.accessibility import accessibility
+from ulna.geometry.diffeomorphism import new_symbols
 from ulna.geometry.observability import observability
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree
 from ulna.symbolic.exact.zero_set import zero_set
@@ -170,9 +171,13 @@ def _output_transformation(system: System) -> dict[str, Finding]:
 
 
 def _observer_coordinates(form: ObserverForm) -> dict[str, Finding]:
+    system = form.system
+    # Whatever the plant calls its outputs: an answer is read by its symbols.
+    y = new_symbols("y", len(form.y), (*system.input_symbols, *system.parameter_symbols), plain_if_one=True)
+    injection = form.injection.xreplace(dict(zip(form.y, y, strict=True)))
     return {
         "observer_T": Finding(verdict=form.verdict, value=list(form.map.forward)),
-        "observer_injection": Finding(verdict=form.verdict, value=list(form.injection)),
+        "observer_injection": Finding(verdict=form.verdict, value=list(injection)),
     }
 
 
