@@ -42,6 +42,13 @@ class Analysis:
     def __getitem__(self, key: str) -> Finding:
         return self.findings[key]
 
+    def __repr__(self) -> str:
+        rows = [
+            f"  {key:<{max(map(len, self.findings))}}  {finding.verdict.status!s:<9}  {_short(finding.value, 80)}"
+            for key, finding in self.findings.items()
+        ]
+        return "\n".join((f"Analysis of '{self.system.name}'", *rows))
+
     def _repr_html_(self) -> str:
         """A table for notebooks: question, verdict, answer."""
         rows = "".join(

@@ -20,6 +20,9 @@ class Finding:
     verdict: Verdict
     value: Any
 
+    def __repr__(self) -> str:
+        return f"Finding({self.value}, {self.verdict})"
+
 
 def decided(verdict: Verdict) -> Finding:
     """The finding of a yes/no question: True, False, or None while undecided."""

@@ -33,6 +33,12 @@ class Compensator:
     observer: StateEstimator
     system: System
 
+    def __repr__(self) -> str:
+        return repr(self.system)
+
+    def _repr_latex_(self) -> str:
+        return self.system._repr_latex_()
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClosedLoop:
@@ -46,6 +52,12 @@ class ClosedLoop:
     plant: System
     controller: Law | Compensator
     system: System
+
+    def __repr__(self) -> str:
+        return repr(self.system)
+
+    def _repr_latex_(self) -> str:
+        return self.system._repr_latex_()
 
 
 def compensator(law: Law, observer: StateEstimator) -> Compensator:

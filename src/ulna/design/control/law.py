@@ -13,7 +13,7 @@ from ulna.design.control.gains import AbstractGainRule
 from ulna.design.control.reference import AbstractReference, ReferenceChain, Regulate
 from ulna.symbolic.exact.simplify import shortened
 from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas.text import formula, listing
 from ulna.system.affine import ControlAffine
 from ulna.system.operating_point import operating_point
 from ulna.system.signal import Signal
@@ -81,11 +81,14 @@ class Law:
     expressions: sp.ImmutableDenseMatrix
     system: System
 
-    def _repr_latex_(self) -> str:
-        from ulna.symbolic.formulas.latex import expression_latex
+    def __repr__(self) -> str:
+        rows = zip((u.name for u in self.form.view.u), self.expressions, strict=True)
+        return listing(f"Law of '{self.form.system.name}'", rows)
 
-        u = sp.Matrix(list(self.form.view.u))
-        return f"$${sp.latex(u)} = {expression_latex(self.expressions)}$$"
+    def _repr_latex_(self) -> str:
+        from ulna.symbolic.formulas.latex import equation_latex
+
+        return equation_latex(self.form.view.u, self.expressions)
 
 
 def state_feedback(

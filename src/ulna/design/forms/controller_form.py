@@ -17,7 +17,7 @@ from ulna.symbolic.exact.linear import inverse
 from ulna.symbolic.exact.rank import generic_rank, minor_determinant
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import are_zero
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas.text import formula, listing
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.system import System
 
@@ -109,6 +109,14 @@ class ControllerForm:
         solved = inverse(self.beta).solution
         law = (solved if solved is not None else self.beta.inv(method="ADJ")) * difference
         return sp.ImmutableDenseMatrix(law.applyfunc(lambda e: tidy(e, seconds=_TIDY_SECONDS)))
+
+    def __repr__(self) -> str:
+        new = [z.name for z in self.map.new]
+        ends = [new[sum(self.indices[: i + 1]) - 1] for i in range(len(self.indices))]
+        rows = [*zip(new, self.map.forward, strict=True)]
+        u = sp.Matrix(len(self.view.u), 1, list(self.view.u))
+        rows += [(f"{end}'", rate) for end, rate in zip(ends, self.alpha + self.beta * u, strict=True)]
+        return listing(f"Controller form of '{self.system.name}', chains of {', '.join(map(str, self.indices))}", rows)
 
     def _repr_latex_(self) -> str:
         return self.map._repr_latex_()

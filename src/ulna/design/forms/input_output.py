@@ -15,7 +15,7 @@ from ulna.geometry.relative_degree import RelativeDegree, relative_degree
 from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.rank import rank_at
 from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas.text import formula, listing
 from ulna.system.affine import ControlAffine
 from ulna.system.signal import Signal
 from ulna.system.system import System
@@ -76,10 +76,14 @@ class InputOutputForm:
             parameters=self.system.parameters,
         )
 
-    def _repr_latex_(self) -> str:
-        from ulna.symbolic.formulas.latex import expression_latex
+    def __repr__(self) -> str:
+        rows = zip((u.name for u in self.view.u), self.control, strict=True)
+        return listing(f"Input-output linearising law of '{self.system.name}'", rows)
 
-        return f"$${sp.latex(sp.Matrix(list(self.view.u)))} = {expression_latex(self.control)}$$"
+    def _repr_latex_(self) -> str:
+        from ulna.symbolic.formulas.latex import equation_latex
+
+        return equation_latex(self.view.u, self.control)
 
 
 def input_output_form(system: System, *, at: Mapping[sp.Symbol, sp.Expr] | None = None) -> InputOutputForm:

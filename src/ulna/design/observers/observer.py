@@ -44,6 +44,9 @@ class Observer:
     valid: Verdict
     initial: Mapping[str, sp.Expr]
 
+    def __repr__(self) -> str:
+        return f"Observer of '{self.plant.name}'\n{self.system!r}"
+
     def _repr_latex_(self) -> str:
         return self.system._repr_latex_()
 

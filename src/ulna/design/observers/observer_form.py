@@ -26,7 +26,7 @@ from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.linear import inverse
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas.text import formula, listing
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.operating_point import operating_point
 from ulna.system.system import System
@@ -78,6 +78,11 @@ class ObserverForm:
         """(p,) ∂x/∂z of the first coordinate of each block (paper eq. 45)."""
         firsts = [sum(self.indices[:i]) for i in range(len(self.indices))]
         return tuple(self.jacobian[:, k] for k in firsts)
+
+    def __repr__(self) -> str:
+        rows = [*zip((z.name for z in self.map.new), self.map.forward, strict=True)]
+        rows += [(f"γ{k + 1}", entry) for k, entry in enumerate(self.injection)]
+        return listing(f"Observer form of '{self.system.name}', blocks of {', '.join(map(str, self.indices))}", rows)
 
     def _repr_latex_(self) -> str:
         from ulna.symbolic.formulas.latex import expression_latex

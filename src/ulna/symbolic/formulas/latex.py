@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
@@ -16,6 +16,13 @@ def expression_latex(expression: sp.Expr | sp.MatrixBase) -> str:
     if size > MAX_OPERATIONS:
         return rf"\text{{(expression of {size} operations)}}"
     return sp.latex(expression)
+
+
+def equation_latex(names: Sequence[sp.Symbol], expressions: sp.MatrixBase) -> str:
+    """`u = …` in a display environment, without brackets where there is one."""
+    if len(names) == 1:
+        return f"$${sp.latex(names[0])} = {expression_latex(expressions[0])}$$"
+    return f"$${sp.latex(sp.Matrix(list(names)))} = {expression_latex(expressions)}$$"
 
 
 def system_latex(rates: Mapping[str, sp.Expr], readouts: Mapping[str, sp.Expr]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from decimal import Decimal
 from fractions import Fraction
 from math import isfinite
@@ -33,6 +34,15 @@ class _FormulaPrinter(StrPrinter):
 def formula(expression: sp.Expr) -> str:
     """The expression as text in the formula language (`symbolic.parse` reads it back)."""
     return _FormulaPrinter().doprint(expression)
+
+
+def listing(title: str, rows: Iterable[tuple[str, sp.Expr]], *, limit: int = 160) -> str:
+    """A title and one indented equation a line, long right-hand sides cut: what objects show in a terminal."""
+    lines = [title]
+    for name, value in rows:
+        text = formula(value)
+        lines.append(f"  {name} = {text if len(text) <= limit else f'{text[:limit]}… ({len(text)} characters)'}")
+    return "\n".join(lines)
 
 
 def exact(value: Any) -> sp.Expr:
