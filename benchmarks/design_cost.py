@@ -71,14 +71,11 @@ def judged(levels: list[np.ndarray], slopes: list[np.ndarray]) -> tuple[list[int
 
 
 def symbolic(arm: System, algebra: Any) -> Chain:
-    """The chain in SymPy or SymEngine, plainly: nothing simplified, every definition put in."""
+    """The chain in SymPy or SymEngine, plainly: nothing simplified once the accelerations are solved for."""
     n, m = len(arm.states), len(arm.inputs)
     x = [algebra.sympify(s) for s in arm.state_symbols]
     u = [algebra.sympify(s) for s in arm.input_symbols]
-    known: dict[Any, Any] = {}
-    for d in arm.definitions:
-        known[algebra.sympify(d.symbol)] = algebra.sympify(d.expression).xreplace(known)
-    rates = [algebra.sympify(e).xreplace(known) for e in arm.rates]
+    rates = [algebra.sympify(e) for e in arm.inline(arm.rates)]
     zeros = dict.fromkeys(u, algebra.Integer(0))
     f = [e.xreplace(zeros) for e in rates]
     slopes_of_f = [[e.diff(s) for s in x] for e in f]
@@ -182,12 +179,11 @@ def by_ulna(arm: System) -> Chain:
     found = numeric_structure(field_kernel(arm), np.zeros(len(arm.states)))
     compiled_program = compiled_law(arm).law
     program = to_numpy(compiled_program)
-    idle = [0.0] * len(arm.inputs)
     return Chain(
         ranks=list(found.dimensions[:DEGREE]),
         involutive=found.involutive.holds,
         operations=compiled_program.operation_count,
-        law=lambda states, new: np.array(program(*states, *idle, *new)),
+        law=lambda states, new: np.array(program(*states, *new)),
     )
 
 

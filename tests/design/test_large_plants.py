@@ -45,7 +45,7 @@ def test_both_roads_give_the_same_law(links):
     generator = np.random.default_rng(links)
     for _ in range(3):
         states, v = generator.uniform(-1, 1, 4 * links), generator.uniform(-1, 1, links)
-        compiled = np.array(to_numpy(law.law)(*states, *([0.0] * links), *v))
+        compiled = np.array(to_numpy(law.law)(*states, *v))
         expected = symbolic_law(arm, states, v)
         assert compiled == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
@@ -66,7 +66,7 @@ def test_under_the_law_the_fourth_derivatives_are_the_new_inputs(links):
     generator = np.random.default_rng(links)
     for _ in range(3):
         states, v = generator.uniform(-1, 1, n), generator.uniform(-1, 1, links)
-        inputs = to_numpy(law.law)(*states, *([0.0] * links), *v)
+        inputs = to_numpy(law.law)(*states, *v)
         scale = max(np.abs(inputs)) * 1e4  # stiffnesses and rotors multiply the torques by as much
         assert np.array(fourth(states, inputs)).ravel() == pytest.approx(v, abs=1e-9 * scale)
 

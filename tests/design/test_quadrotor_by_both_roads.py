@@ -35,7 +35,7 @@ def test_both_roads_give_the_same_law(analysis):
     for _ in range(5):
         states, new = generator.uniform(0.2, 1.0, 14), generator.uniform(-1, 1, 4)
         expected = np.array(program(*states, *new))
-        compiled = np.array(to_numpy(law.law)(*states, *([0.0] * 4), *new))
+        compiled = np.array(to_numpy(law.law)(*states, *new))
         assert compiled == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
 
 

@@ -80,13 +80,13 @@ def test_a_linear_system_is_solved_in_instructions():
     at = generator.uniform(0.5, 1.5, 8)
     numbers = dict(zip(system.outputs, to_numpy(system)(*at), strict=True))
     matrix = np.array([[numbers[e] for e in row] for row in names])
-    program = solved("x", system, names, [(f"p{i}", f"q{i}") for i in range(4)], ["x0", "x1", "x2", "x3"], matrix)
+    program = solved("x", system, names, [(f"p{i}", f"q{i}") for i in range(4)], ["x0", "x1", "x2", "x3"], matrix[None])
     expected = np.linalg.solve(matrix, at[4:] - np.array([numbers[f"q{i}"] for i in range(4)]))
     assert to_numpy(program)(*at) == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_singular_linear_system_is_refused():
     system = joined("s", [kernel("m", (x, y), {"a": x, "b": 2 * x, "c": y, "d": 2 * y, "q": x})], ["p"])
-    sample = np.array([[1.0, 2.0], [3.0, 6.0]])
+    sample = np.array([[[1.0, 2.0], [3.0, 6.0]]])
     with pytest.raises(UlnaError, match="singular"):
         solved("x", system, [["a", "b"], ["c", "d"]], [("p", "q"), ("p", "q")], ["r", "s"], sample)

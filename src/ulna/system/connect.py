@@ -113,12 +113,17 @@ def _wire(
     wires: Mapping[str, str],
     wired: Mapping[tuple[str, str], tuple[str, int]],
 ) -> tuple[tuple[Definition, ...], dict[tuple[str, str], sp.Symbol]]:
-    """Definitions of all parts and wires in an order in which each uses only earlier ones."""
+    """Definitions of all parts and wires in an order in which each uses only earlier ones, implicit ones last."""
     pending: dict[sp.Symbol, sp.Expr] = {}
+    implicit: list[Definition] = []
     meaning: dict[tuple[str, str], sp.Symbol] = {}
     for key, part in placed.items():
         for definition in part.system.definitions:
-            pending[part.renamed[definition.symbol]] = part.own(definition.expression)
+            if definition.implicit:
+                name = part.renamed[definition.symbol].name
+                implicit.append(replace(definition, name=name, expression=part.own(definition.expression)))
+            else:
+                pending[part.renamed[definition.symbol]] = part.own(definition.expression)
         for signal in part.system.inputs:
             here = part.renamed[signal.symbol]
             meaning[key, signal.name] = here
@@ -139,7 +144,7 @@ def _wire(
             )
         for symbol in ready:
             ordered.append(Definition(name=symbol.name, expression=pending.pop(symbol)))
-    return tuple(ordered), meaning
+    return (*ordered, *implicit), meaning
 
 
 def _shown(

@@ -28,8 +28,11 @@ def check_dimensions(system: System) -> None:
     known: dict[sp.Symbol, Dimension] = {
         item.symbol: unit(item.unit).dimension for item in (*system.states, *system.inputs, *system.parameters)
     }
+    known |= {d.symbol: unit(d.unit).dimension for d in system.unknowns}
     for definition in system.definitions:
-        known[definition.symbol] = _dimension(definition.expression, known, f"definition '{definition.name}'") or _ONE
+        found = _dimension(definition.expression, known, f"definition '{definition.name}'")
+        if not definition.implicit:
+            known[definition.symbol] = found or _ONE
     for state, rate in zip(system.states, system.rates, strict=True):
         due = _times(unit(state.unit).dimension, {"time": Fraction(-1)})
         _require(rate, due, known, f"equation of state '{state.name}'", f"{state.unit or '1'}/s")

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base.errors import PlantError
+from ulna.symbolic.program.implicit import ImplicitKernel
+from ulna.symbolic.program.jet import explicit
 from ulna.symbolic.program.kernel import Kernel, kernel
 from ulna.system.system import System
 
@@ -18,10 +20,12 @@ class FieldKernel:
 
     Attributes:
         kernel: inputs the states then the plant's inputs; outputs the rates, then the functions.
+        source: the same before unknowns of implicit definitions were found; the kernel itself where there are none.
         states, inputs: their names; rates, functions: names of the outputs.
     """
 
     kernel: Kernel
+    source: Kernel | ImplicitKernel
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     rates: tuple[str, ...]
@@ -52,14 +56,23 @@ def field_kernel(
     chosen = system.readouts if functions is None else tuple(functions)
     names = tuple(f"h{k + 1}" for k in range(len(chosen)))
     outputs = dict(zip((*rates, *names), (*system.rates, *chosen), strict=True))
-    whole = kernel(
+    outputs |= {f"zero of {d.name}": d.expression for d in system.unknowns}
+    source = whole = kernel(
         system.name,
-        (*system.state_symbols, *system.input_symbols),
+        (*system.state_symbols, *system.input_symbols, *(d.symbol for d in system.unknowns)),
         outputs,
-        definitions={**values, **{d.symbol: d.expression for d in system.definitions}},
+        definitions={**values, **{d.symbol: d.expression for d in system.definitions if not d.implicit}},
     )
+    if system.unknowns:
+        source = ImplicitKernel(
+            kernel=whole,
+            unknowns=tuple(d.name for d in system.unknowns),
+            residuals=tuple(f"zero of {d.name}" for d in system.unknowns),
+        )
+        whole = explicit(source)
     return FieldKernel(
         kernel=whole,
+        source=source,
         states=tuple(s.name for s in system.states),
         inputs=tuple(s.name for s in system.inputs),
         rates=rates,

@@ -24,6 +24,7 @@ _SIGNAL_KEYS = {"unit", "text", "range"}
 _KEYS: Mapping[str, set[str]] = {
     "parameters": _SIGNAL_KEYS | {"value", "source"},
     "states": _SIGNAL_KEYS | {"equation"},
+    "definitions": {"zero", "unit"},
     "inputs": _SIGNAL_KEYS,
     "outputs": _SIGNAL_KEYS | {"equation"},
 }
@@ -74,7 +75,10 @@ def system_to_mapping(system: System) -> dict[str, Any]:
             p.name: _entry(p) | ({"value": _text(p.value)} if p.value is not None else {}) | _some(source=p.source)
             for p in system.parameters
         },
-        "definitions": {d.name: formula(d.expression) for d in system.definitions},
+        "definitions": {
+            d.name: {"zero": formula(d.expression)} | _some(unit=d.unit) if d.implicit else formula(d.expression)
+            for d in system.definitions
+        },
         "states": {
             s.name: _entry(s) | {"equation": formula(r)} for s, r in zip(system.states, system.rates, strict=True)
         },
@@ -200,18 +204,28 @@ def _definitions(rows: Mapping[str, Any], names: Mapping[str, sp.Expr], where: s
     symbols = {name: sp.Symbol(name, real=True) for name in rows}
     known = {**names, **symbols}
     formulas = {}
-    for name, text in rows.items():
+    units: dict[str, str] = {}
+    for name, entry in rows.items():
         asked = f"definition '{name}' in {where}"
+        text = entry
+        if isinstance(entry, Mapping):
+            text, units[name] = entry.get("zero"), str(entry.get("unit", ""))
+            unit(units[name])
+            if text is None:
+                raise PlantError(asked, "a table without `zero`.", 'Write { zero = "what it makes zero", unit = "…" }.')
         formulas[name] = (
             exact(text) if isinstance(text, int | Decimal | float) else parse_formula(text, known, where=asked)
         )
-    needs = {name: [s.name for s in e.free_symbols if s.name in rows] for name, e in formulas.items()}
+    # An implicit one is found after all others, which may use it: it waits for nobody and nobody for it.
+    explicit = formulas.keys() - units.keys()
+    needs = {name: [s.name for s in formulas[name].free_symbols if s.name in explicit] for name in explicit}
     try:
         order = list(TopologicalSorter(needs).static_order())
     except CycleError as error:
         loop = " → ".join(reversed(error.args[1]))
         raise PlantError(f"definitions in {where}", f"they are cyclic: {loop}.", "Break the circle.") from None
-    return tuple(Definition(name=name, expression=formulas[name]) for name in order)
+    implicit = (Definition(name=name, expression=formulas[name], implicit=True, unit=units[name]) for name in units)
+    return (*(Definition(name=name, expression=formulas[name]) for name in order), *implicit)
 
 
 def _entry(item: Signal | Parameter) -> dict[str, Any]:

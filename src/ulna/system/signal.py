@@ -68,10 +68,20 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Definition:
-    """An abbreviation: `name` stands for `expression`, which may use parameters, states, inputs and earlier ones."""
+    """An abbreviation: `name` stands for `expression`, which may use parameters, states, inputs and earlier ones.
+
+    Attributes:
+        name: of its symbol.
+        expression: what it stands for; of an implicit one, what it makes zero.
+        implicit: whether `name` is what makes the expression zero. All implicit ones of a system are found together;
+            their expressions are affine in them and may use every definition: accelerations behind a mass matrix.
+        unit: of an implicit one, whose formula does not tell it.
+    """
 
     name: str
     expression: sp.Expr
+    implicit: bool = False
+    unit: str = ""
 
     @property
     def symbol(self) -> sp.Symbol:

@@ -10,7 +10,8 @@ import sympy as sp
 
 from ulna.base.errors import PlantError
 from ulna.symbolic.formulas.parse import RESERVED
-from ulna.symbolic.formulas.text import exact
+from ulna.symbolic.formulas.text import exact, listing
+from ulna.symbolic.solving.affine import solve_affine
 from ulna.system.signal import Definition, Parameter, Signal, from_si
 
 
@@ -26,7 +27,8 @@ class System:
         outputs: (p,) signals; a state may be an output under its own name.
         readouts: (p,) expressions, what each output measures.
         parameters: constants, symbolic until `with_values`.
-        definitions: abbreviations in order of dependency; `inline` puts them in.
+        definitions: abbreviations in order of dependency, unknowns of linear equations among them; `inline` puts
+            them in.
         operating_point: exact SI values given for some states and inputs; `equilibrium.operating_point` completes it.
         text: a line on what the system is; source: where it comes from.
 
@@ -67,6 +69,11 @@ class System:
         return tuple(p.symbol for p in self.parameters)
 
     @property
+    def unknowns(self) -> tuple[Definition, ...]:
+        """The implicit definitions."""
+        return tuple(d for d in self.definitions if d.implicit)
+
+    @property
     def values(self) -> dict[sp.Symbol, sp.Expr]:
         """Exact SI values of the parameters that have one."""
         return {p.symbol: v for p in self.parameters if (v := p.si_value) is not None}
@@ -75,10 +82,21 @@ class System:
         """The expressions with every definition put in."""
         if not self.definitions:
             return tuple(expressions)
+        inlined = self._meanings()
+        return tuple(e.xreplace(inlined) for e in expressions)
+
+    def _meanings(self) -> dict[sp.Symbol, sp.Expr]:
+        """What every definition stands for, in states, inputs and parameters."""
         inlined: dict[sp.Symbol, sp.Expr] = {}
         for definition in self.definitions:
-            inlined[definition.symbol] = definition.expression.xreplace(inlined)
-        return tuple(e.xreplace(inlined) for e in expressions)
+            if not definition.implicit:
+                inlined[definition.symbol] = definition.expression.xreplace(inlined)
+        unknowns = self.unknowns
+        if not unknowns:
+            return inlined
+        equations = [d.expression.xreplace(inlined) for d in unknowns]
+        found = solve_affine(equations, [d.symbol for d in unknowns], where=f"'{self.name}'")
+        return {**{symbol: e.xreplace(found) for symbol, e in inlined.items()}, **found}
 
     def with_values(self, values: Mapping[str, Any] | None = None) -> System:
         """The same system with numbers in place of parameters.
@@ -132,6 +150,15 @@ class System:
         known = ", ".join(p.name for p in self.parameters) or "none"
         raise PlantError(f"parameter '{name}' of '{self.name}'", "there is no such parameter.", f"Known: {known}.")
 
+    def __repr__(self) -> str:
+        rows = [(d.name, d.expression) for d in self.definitions if not d.implicit]
+        rows += [("0", d.expression) for d in self.unknowns]
+        rows += [(f"{s.name}'", rate) for s, rate in zip(self.states, self.rates, strict=True)]
+        told = {name for name, _ in rows} | {s.name for s in self.states}
+        rows += [(o.name, e) for o, e in zip(self.outputs, self.readouts, strict=True) if o.name not in told]
+        inputs = f", inputs {', '.join(u.name for u in self.inputs)}" if self.inputs else ""
+        return listing(f"System '{self.name}'{inputs}", rows)
+
     def _repr_latex_(self) -> str:
         from ulna.symbolic.formulas.latex import system_latex
 
@@ -181,7 +208,8 @@ def _check_names(system: System) -> None:
 
 def _check_symbols(system: System) -> None:
     declared = {*system.state_symbols, *system.input_symbols, *system.parameter_symbols}
-    for definition in system.definitions:
+    declared |= {d.symbol for d in system.unknowns}
+    for definition in sorted(system.definitions, key=lambda d: d.implicit):
         _check_declared(system, f"definition '{definition.name}'", definition.expression, declared)
         declared.add(definition.symbol)
     for signal, expression in zip((*system.states, *system.outputs), (*system.rates, *system.readouts), strict=True):

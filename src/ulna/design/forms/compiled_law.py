@@ -10,8 +10,8 @@ import sympy as sp
 
 from ulna.base import NoFormError, Verdict
 from ulna.symbolic.program.affine_inputs import solved_for_inputs
-from ulna.symbolic.program.jet import lie_derivatives
-from ulna.symbolic.program.kernel import Kernel, restricted
+from ulna.symbolic.program.jet import lie_derivatives, open_derivatives
+from ulna.symbolic.program.kernel import Kernel, restricted, without_inputs
 from ulna.symbolic.program.linear_kernel import joined, solved
 from ulna.symbolic.program.lowering.numpy import to_numpy
 from ulna.symbolic.program.tangent import at_zero, tangents
@@ -66,24 +66,41 @@ def compiled_law(system: System, outputs: Sequence[sp.Expr] | None = None) -> Co
         raise NoFormError(asked, f"no input reaches output {which}.", "Choose other outputs.", value=degree)
     degrees = tuple(r for r in indices if r is not None)
     tops = [f"{h}:{r}" for h, r in zip(field.functions, degrees, strict=True)]
-    derivatives = lie_derivatives(field.kernel, field.states, field.rates, max(degrees))
+    derivatives = lie_derivatives(field.source, field.states, field.rates, max(degrees))
     top = restricted(derivatives, tops)
     slopes = at_zero(tangents(top, field.inputs), field.inputs)
     new = tuple(f"v{k + 1}" for k in range(m))
     lie = joined("Lie derivatives", [at_zero(top, field.inputs), slopes], new)
     matrix = [[f"{label}/{u}" for u in field.inputs] for label in tops]
-    sample = _sampled(restricted(lie, [e for row in matrix for e in row]), field, 1)[0].reshape(m, m)
+    samples = _sampled(restricted(lie, [e for row in matrix for e in row]), field, POINTS).reshape(POINTS, m, m)
+    sample = samples[0]
     rank = int(np.linalg.matrix_rank(sample, tol=TOLERANCE * max(1.0, float(np.abs(sample).max()))))
     if rank < m:
         value = Verdict.refuted("the decoupling matrix is invertible", rank=rank, seed=SEED)
         found = f"its decoupling matrix has rank {rank} instead of {m} at a random point."
         raise NoFormError(asked, found, "Try `dynamic_extension`." if m > 1 else "", value=value)
     name, wanted = f"law of {system.name}", list(zip(new, tops, strict=True))
-    generic = np.random.default_rng(SEED).uniform(0.2, 1.2, len(top.inputs))
-    law = solved_for_inputs(name, top, field.inputs, wanted, list(generic))
+    law = _prescribed(name, field, degrees, wanted)
     if law is None:
-        law = solved(name, lie, matrix, wanted, field.inputs, sample)
+        law = without_inputs(solved(name, lie, matrix, wanted, field.inputs, samples), field.inputs)
     return CompiledLaw(system=system, indices=degrees, law=law, lie=lie, verdict=degree)
+
+
+def _prescribed(
+    name: str, field: FieldKernel, degrees: Sequence[int], wanted: Sequence[tuple[str, str]]
+) -> Kernel | None:
+    """The inputs that give the derivatives wanted; None if what lies between is not written affinely in them.
+
+    Accelerations that the inputs move follow from these derivatives: no equation is solved for them.
+    """
+    tops = list(zip(field.functions, degrees, strict=True))
+    program = open_derivatives(field.source, field.states, field.rates, tops, field.inputs)
+    generic = np.random.default_rng(SEED).uniform(0.2, 1.2, len(program.kernel.inputs))
+    equations = [*wanted, *((None, label) for label in program.residuals)]
+    law = solved_for_inputs(
+        name, program.kernel, (*field.inputs, *program.coefficients), equations, [float(x) for x in generic]
+    )
+    return None if law is None else restricted(law, field.inputs)
 
 
 def relative_degrees(field: FieldKernel) -> tuple[tuple[int | None, ...], Verdict]:
@@ -92,7 +109,7 @@ def relative_degrees(field: FieldKernel) -> tuple[tuple[int | None, ...], Verdic
     found: dict[str, int] = {}
     order = 1
     while order <= n and len(found) < len(field.functions):
-        derivatives = lie_derivatives(field.kernel, field.states, field.rates, order)
+        derivatives = lie_derivatives(field.source, field.states, field.rates, order)
         for label, reached in _reached(derivatives, field).items():
             function, _, k = label.rpartition(":")
             if reached and function not in found:

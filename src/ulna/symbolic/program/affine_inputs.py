@@ -14,8 +14,9 @@ import numpy as np
 
 from ulna.base import UlnaError
 from ulna.symbolic.program.instructions import Instruction, InstructionList, Operation, pruned
-from ulna.symbolic.program.kernel import Kernel
+from ulna.symbolic.program.kernel import Kernel, without_inputs
 from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.symbolic.program.terms import ONE, Term, Terms, negative
 
 _SMALL = 1e-2
 """Size of a sampled coefficient beside the largest of its row below which it is no pivot: rounding errors grow by as
@@ -27,7 +28,7 @@ def solved_for_inputs(
     name: str,
     program: Kernel,
     unknowns: Sequence[str],
-    wanted: Sequence[tuple[str, str]],
+    wanted: Sequence[tuple[str | None, str]],
     sample: Sequence[float],
 ) -> Kernel | None:
     """The kernel of the inputs `unknowns` for which each output has the value asked for.
@@ -35,8 +36,8 @@ def solved_for_inputs(
     Args:
         name: of the new kernel.
         program: affine in the unknowns.
-        unknowns: (m,) names of inputs, the outputs of the new kernel; they stay inputs, unused.
-        wanted: (m,) pairs (name of a new input, output that shall equal it).
+        unknowns: (m,) names of inputs, the outputs of the new kernel and no longer inputs of it.
+        wanted: (m,) pairs (name of a new input, output that shall equal it); None for one that shall vanish.
         sample: a generic value for every input of the program; pivots are chosen there once and for all.
 
     Returns:
@@ -50,17 +51,18 @@ def solved_for_inputs(
         return None
     values = equations.solved()
     results = [values[program.inputs.index(u)] for u in unknowns]
-    inputs = (*program.inputs, *(v for v, _ in wanted))
-    instructions, kept = pruned(len(inputs), equations.out.instructions, results)
-    return Kernel(name=name, inputs=inputs, outputs=tuple(unknowns), instructions=instructions, results=kept)
+    inputs = (*program.inputs, *(v for v, _ in wanted if v is not None))
+    instructions, kept = pruned(len(inputs), equations.terms.out.instructions, results)
+    found = Kernel(name=name, inputs=inputs, outputs=tuple(unknowns), instructions=instructions, results=kept)
+    return without_inputs(found, unknowns)
 
 
 def _equations(
-    program: Kernel, unknowns: set[str], wanted: Sequence[tuple[str, str]], sample: Sequence[float]
+    program: Kernel, unknowns: set[str], wanted: Sequence[tuple[str | None, str]], sample: Sequence[float]
 ) -> _Equations | None:
     first = len(program.inputs)
-    out = InstructionList(first + len(wanted))
-    system = _Equations(out=out)
+    out = InstructionList(first + sum(name is not None for name, _ in wanted))
+    system = _Equations(terms=Terms(out=out))
     everything = Kernel(
         name=program.name,
         inputs=program.inputs,
@@ -81,27 +83,28 @@ def _equations(
         else:
             return None
     by_name = dict(zip(program.outputs, program.results, strict=True))
-    for number, (_, label) in enumerate(wanted):
+    sides = iter(range(first, out.input_count))
+    for name, label in wanted:
         if known[by_name[label]] is not None:
             return None
-        system.add({by_name[label]: (out.constant(1.0), 1.0)}, first + number)
+        system.add({by_name[label]: (ONE, 1.0)}, None if name is None else (next(sides), 1.0))
     return system
 
 
-Coefficient = tuple[int, float]
-"""Index of the value, its number at the sample."""
+Coefficient = tuple[Term, float]
+"""Its value, its number at the sample."""
 
 
 @dataclass(slots=True, kw_only=True)
 class _Equations:
-    """Sparse rows Σ coefficient · unknown = side, every coefficient and side a value of the instruction list."""
+    """Sparse rows Σ coefficient · unknown = side, every coefficient and side a multiple of a program's value."""
 
-    out: InstructionList
+    terms: Terms
     rows: dict[int, dict[int, Coefficient]] = field(default_factory=dict)
-    sides: dict[int, int | None] = field(default_factory=dict)
+    sides: dict[int, Term | None] = field(default_factory=dict)
     columns: dict[int, set[int]] = field(default_factory=dict)
 
-    def add(self, row: dict[int, Coefficient], side: int | None) -> None:
+    def add(self, row: dict[int, Coefficient], side: Term | None) -> None:
         """One more row; a side of None is zero."""
         label = len(self.sides)
         self.rows[label], self.sides[label] = row, side
@@ -112,54 +115,58 @@ class _Equations:
         self, own: int, instruction: Instruction, operands: list[int | None], numbers: np.ndarray
     ) -> bool:
         """The row of an instruction with unknown operands (None); False if it is not affine in them."""
-        one, less = (self.out.constant(1.0), 1.0), (self.out.constant(-1.0), -1.0)
         places = instruction.operands
         operation = instruction.operation
         if operation is Operation.NEG:
-            self.add({own: one, places[0]: one}, None)
+            self.add({own: (ONE, 1.0), places[0]: (ONE, 1.0)}, None)
             return True
         if operation in (Operation.ADD, Operation.SUB):
-            return self._add_sum(own, places, operands, less if operation is Operation.ADD else one)
+            return self._add_sum(own, places, operands, 1.0 if operation is Operation.ADD else -1.0)
         if operation is Operation.MUL and None in operands and operands != [None, None]:
             moving = operands.index(None)
-            factor = operands[1 - moving]
+            factor = self.terms.value(operands[1 - moving])
             if factor is None:
                 return False
-            scaled = (_negated(self.out, factor), -float(numbers[places[1 - moving]]))
-            self.add({own: one, places[moving]: scaled}, None)
+            self.add({own: (ONE, 1.0), places[moving]: (negative(factor), -float(numbers[places[1 - moving]]))}, None)
             return True
         if operation is Operation.DIV and operands[1] is not None:
-            self.add({own: (operands[1], float(numbers[places[1]])), places[0]: less}, None)
+            below = self.terms.value(operands[1])
+            if below is None:
+                return False
+            self.add({own: (below, float(numbers[places[1]])), places[0]: (negative(ONE), -1.0)}, None)
             return True
         return False
 
-    def _add_sum(self, own: int, places: tuple[int, ...], operands: list[int | None], second: Coefficient) -> bool:
-        """own − a − b = 0, or own − a + b = 0."""
-        if places[0] == places[1]:
-            return False
-        row = {own: (self.out.constant(1.0), 1.0)}
-        side: int | None = None
-        for place, operand, coefficient in zip(
-            places, operands, ((self.out.constant(-1.0), -1.0), second), strict=True
-        ):
-            if operand is None:
-                row[place] = coefficient
-            else:
-                side = operand if coefficient[1] < 0 else _negated(self.out, operand)
+    def _add_sum(self, own: int, places: tuple[int, ...], operands: list[int | None], second: float) -> bool:
+        """own − a ∓ b = 0."""
+        row: dict[int, Coefficient] = {own: (ONE, 1.0)}
+        side: Term | None = None
+        for place, operand, sign in zip(places, operands, (1.0, second), strict=True):
+            if operand is not None:
+                value = self.terms.value(operand)
+                side = value if sign > 0 or value is None else negative(value)
+                continue
+            size = sign - row[place][1] if place in row else sign
+            if size == 0.0:
+                return False
+            row[place] = ((None, -size), -size)
         self.add(row, side)
         return True
 
     def solved(self) -> dict[int, int]:
         """The value of every unknown."""
-        values: dict[int, int] = {}
-        later: list[tuple[int, dict[int, Coefficient], int | None]] = []
+        terms = self.terms
+        values: dict[int, Term | None] = {}
+        later: list[tuple[int, dict[int, Coefficient], Term | None]] = []
         while self.rows:
             label, pivot = self._pivot()
             row, side = self.rows.pop(label), self.sides[label]
             for unknown in row:
                 self.columns[unknown].discard(label)
             if len(row) == 1:
-                values[pivot] = self._over(side, row[pivot][0])
+                value = terms.over(side, row[pivot][0])
+                # A factor is written once where several rows would repeat it.
+                values[pivot] = terms.settled(value) if len(self.columns[pivot]) > 1 else value
                 self._put_in(pivot, values[pivot])
             else:
                 self._eliminate(pivot, row, side)
@@ -168,9 +175,9 @@ class _Equations:
             left = side
             for unknown, (coefficient, _) in row.items():
                 if unknown != pivot:
-                    left = self._less(left, coefficient, values[unknown])
-            values[pivot] = self._over(left, row[pivot][0])
-        return values
+                    left = terms.less(left, terms.times(coefficient, values[unknown]))
+            values[pivot] = terms.over(left, row[pivot][0])
+        return {unknown: terms.written(value) for unknown, value in values.items()}
 
     def _pivot(self) -> tuple[int, int]:
         """Row and unknown that fill least; rows of one unknown first."""
@@ -190,59 +197,28 @@ class _Equations:
             raise UlnaError("inputs for given outputs", "the equations are singular at a random point.")
         return best[1], best[2]
 
-    def _put_in(self, unknown: int, value: int) -> None:
+    def _put_in(self, unknown: int, value: Term | None) -> None:
         for label in self.columns.pop(unknown):
             coefficient, _ = self.rows[label].pop(unknown)
-            self.sides[label] = self._less(self.sides[label], coefficient, value)
+            self.sides[label] = self.terms.less(self.sides[label], self.terms.times(coefficient, value))
 
-    def _eliminate(self, pivot: int, row: dict[int, Coefficient], side: int | None) -> None:
+    def _eliminate(self, pivot: int, row: dict[int, Coefficient], side: Term | None) -> None:
+        terms = self.terms
         for label in tuple(self.columns.pop(pivot)):
             other = self.rows[label]
             above, number = other.pop(pivot)
-            factor = self._over(above, row[pivot][0])
+            factor = terms.over(above, row[pivot][0])
             ratio = number / row[pivot][1]
             for unknown, (coefficient, size) in row.items():
                 if unknown == pivot:
                     continue
                 before = other.get(unknown)
                 left = (before[1] if before else 0.0) - ratio * size
-                if before and abs(left) <= _CANCELLED * abs(before[1]):
+                changed = terms.less(before[0] if before else None, terms.times(factor, coefficient))
+                if changed is None or (before and abs(left) <= _CANCELLED * abs(before[1])):
                     del other[unknown]
                     self.columns[unknown].discard(label)
                     continue
-                other[unknown] = (self._less(before[0] if before else None, factor, coefficient), left)
+                other[unknown] = (changed, left)
                 self.columns[unknown].add(label)
-            if side is not None:
-                self.sides[label] = self._less(self.sides[label], factor, side)
-
-    def _over(self, above: int | None, below: int) -> int:
-        if above is None:
-            return self.out.constant(0.0)
-        if self.out.value_of(below) == -1.0:
-            return _negated(self.out, above)
-        return self.out.emit(Operation.DIV, above, below)
-
-    def _less(self, value: int | None, factor: int, other: int) -> int:
-        """Value − factor · other, no negation left over where the factor is one."""
-        sign = self.out.value_of(factor)
-        if value is None:
-            product = self.out.emit(Operation.MUL, factor, other)
-            return _negated(self.out, product)
-        if sign == -1.0:
-            return self.out.emit(Operation.ADD, value, other)
-        negative = _inner(self.out, factor)
-        if negative is not None:
-            return self.out.emit(Operation.ADD, value, self.out.emit(Operation.MUL, negative, other))
-        return self.out.emit(Operation.SUB, value, self.out.emit(Operation.MUL, factor, other))
-
-
-def _negated(out: InstructionList, index: int) -> int:
-    return out.emit(Operation.NEG, index)
-
-
-def _inner(out: InstructionList, index: int) -> int | None:
-    """A where the value is −a."""
-    if index < out.input_count:
-        return None
-    instruction = out.instructions[index - out.input_count]
-    return instruction.operands[0] if instruction.operation is Operation.NEG else None
+            self.sides[label] = terms.less(self.sides[label], terms.times(factor, side))

@@ -1,24 +1,49 @@
 """Lie derivatives as Taylor coefficients of the flow: no symbolic derivative, a handful of operations per order.
 
 Along x' = f(x) the Taylor coefficients of y = h(x(t)) at t = 0 are L_fᵏ h / k!. They follow from the instructions of f
-and h one order after the other by the recurrences of automatic differentiation (Griewank and Walther, Evaluating
-Derivatives, 2nd ed., chapter 13). What is constant, an unmoved input say, has no higher coefficients and costs nothing.
+and h one order after the other (`series`), unknowns of an implicit program from their equations (`implicit`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from math import factorial
 
-from ulna.base import UlnaError
-from ulna.symbolic.program.instructions import InstructionList, Operation, pruned
-from ulna.symbolic.program.kernel import Kernel
-
-Series = list[int | None]
-"""Indices of the coefficients of one value, lowest first; None where a coefficient is zero whatever the inputs."""
+from ulna.symbolic.program.implicit import ImplicitKernel, LinearBlock, ancestors
+from ulna.symbolic.program.instructions import InstructionList, pruned
+from ulna.symbolic.program.kernel import Kernel, without_inputs
+from ulna.symbolic.program.series import SeriesRules
 
 
-def lie_derivatives(field: Kernel, states: Sequence[str], rates: Sequence[str], order: int) -> Kernel:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpenDerivatives:
+    """Lie derivatives in which unknowns that depend on chosen inputs are inputs still.
+
+    Attributes:
+        kernel: inputs those of the field, then the open coefficients; outputs `h:k` and what the coefficients make
+            vanish.
+        coefficients: (j,) names of inputs; residuals: (j,) names of outputs.
+    """
+
+    kernel: Kernel
+    coefficients: tuple[str, ...]
+    residuals: tuple[str, ...]
+
+
+def explicit(program: ImplicitKernel) -> Kernel:
+    """The program with its unknowns found: the other outputs over the other inputs.
+
+    Raises:
+        UlnaError: if a residual is not affine in the unknowns, or their matrix is singular at a random point.
+    """
+    growth = _Growth(program, (), ())
+    wanted = [label for label in program.kernel.outputs if label not in program.residuals]
+    growth.grow(0, wanted)
+    return growth.kernel(program.kernel.name, [(label, label, 0) for label in wanted])
+
+
+def lie_derivatives(field: Kernel | ImplicitKernel, states: Sequence[str], rates: Sequence[str], order: int) -> Kernel:
     """The kernel of L_fᵏ h for every further output h of `field` and k = 0 … order, named `h:k`.
 
     Args:
@@ -30,210 +55,148 @@ def lie_derivatives(field: Kernel, states: Sequence[str], rates: Sequence[str], 
     Raises:
         UlnaError: for an operation without derivatives (abs, sign, min, floor, comparisons).
     """
-    flow = _Flow(field)
-    by_name = dict(zip(field.outputs, field.results, strict=True))
-    place = {name: k for k, name in enumerate(field.inputs)}
-    functions = [name for name in field.outputs if name not in set(rates)]
-    for name in states:
-        flow.series[place[name]] = [place[name]]
-    for k in range(order + 1):
-        for index in range(len(field.inputs)):
-            flow.extend_input(index, k, moving=field.inputs[index] in set(states))
-        for position in range(len(field.instructions)):
-            flow.extend(position, k)
-        for state, rate in zip(states, rates, strict=True):
-            flow.series[place[state]].append(flow.scaled(flow.series[by_name[rate]][k], 1.0 / (k + 1)))
-    outputs, results = [], []
-    for name in functions:
-        for k, coefficient in enumerate(flow.series[by_name[name]][: order + 1]):
-            outputs.append(f"{name}:{k}")
-            whole = flow.scaled(coefficient, float(factorial(k)))
-            results.append(flow.out.constant(0.0) if whole is None else whole)
-    instructions, kept = pruned(len(field.inputs), flow.out.instructions, results)
-    return Kernel(
-        name=f"Lie derivatives of {field.name}",
-        inputs=field.inputs,
-        outputs=tuple(outputs),
-        instructions=instructions,
-        results=kept,
+    program = _as_implicit(field)
+    growth = _Growth(program, states, rates)
+    functions = _functions(program, rates)
+    for k in range(order):
+        growth.grow(k, program.kernel.outputs)
+    growth.grow(order, functions)
+    wanted = [(f"{name}:{k}", name, k) for name in functions for k in range(order + 1)]
+    return growth.kernel(f"Lie derivatives of {program.kernel.name}", wanted)
+
+
+def open_derivatives(
+    field: Kernel | ImplicitKernel,
+    states: Sequence[str],
+    rates: Sequence[str],
+    wanted: Sequence[tuple[str, int]],
+    along: Sequence[str],
+) -> OpenDerivatives:
+    """The kernel of some Lie derivatives, with the unknowns left open that depend on the inputs `along`.
+
+    Whoever prescribes the derivatives and seeks those inputs need not solve for what is known then (computed torque).
+
+    Args:
+        field, states, rates: as in `lie_derivatives`.
+        wanted: pairs (function, k).
+        along: names of inputs.
+
+    Raises:
+        UlnaError: for an operation without derivatives.
+    """
+    program = _as_implicit(field)
+    order = max(k for _, k in wanted)
+    growth = _Growth(program, states, rates, order=order, along=along)
+    for k in range(order):
+        growth.grow(k, program.kernel.outputs)
+    growth.grow(order, [function for function, k in wanted if k == order])
+    outputs = [(f"{function}:{k}", function, k) for function, k in wanted]
+    orders: set[int] = set()
+    while True:
+        zeros = [(f"{label}:{k}", label, k) for k in sorted(orders) for label in program.residuals]
+        kernel = growth.kernel(f"Lie derivatives of {program.kernel.name}", [*outputs, *zeros])
+        used = ancestors(kernel, kernel.results)
+        found = {k for k in growth.opened if used.intersection(growth.coefficients(k))}
+        if found <= orders:
+            break
+        orders |= found
+    names = [kernel.inputs[index] for k in sorted(orders) for index in growth.coefficients(k)]
+    idle = [name for name in kernel.inputs[len(program.given) :] if name not in names]
+    return OpenDerivatives(
+        kernel=without_inputs(kernel, idle), coefficients=tuple(names), residuals=tuple(label for label, _, _ in zeros)
     )
 
 
-class _Flow:
-    """The series of every value of a kernel, grown order by order into one instruction list."""
-
-    def __init__(self, field: Kernel) -> None:
-        self.field = field
-        self.out = InstructionList(len(field.inputs))
-        self.series: list[Series] = [[] for _ in range(len(field.inputs) + len(field.instructions))]
-        self._partners: dict[tuple[Operation, int], Series] = {}
-
-    def extend_input(self, index: int, k: int, *, moving: bool) -> None:
-        """Coefficient k of an input; those of moving ones come from their rates."""
-        if not moving:
-            self.series[index].append(index if k == 0 else None)
-
-    def extend(self, position: int, k: int) -> None:
-        """Coefficient k of an instruction."""
-        instruction = self.field.instructions[position]
-        operation, operands = instruction.operation, instruction.operands
-        own = self.series[len(self.field.inputs) + position]
-        if operation is Operation.CONSTANT:
-            own.append(self.out.constant(instruction.value) if k == 0 else None)
-        elif k == 0:
-            firsts = [self._first(self.series[operand]) for operand in operands]
-            own.append(self.out.emit(operation, *firsts))
-            if operation in _PARTNER:
-                self._partners[operation, operands[0]] = [self.out.emit(_PARTNER[operation][0], *firsts)]
-            elif operation in (Operation.TAN, Operation.TANH):
-                self._partners[operation, operands[0]] = [self._one_and_square(operation, own, 0)]
-            elif operation in _INVERSE:
-                self._partners[operation, operands[0]] = []
-        elif all(coefficient is None for operand in operands for coefficient in self.series[operand][1 : k + 1]):
-            own.append(None)
-        else:
-            own.append(self._rule(operation)(own, operands, k))
-
-    # ------------------------------------------------------------------------------------------------ arithmetic
-
-    def scaled(self, index: int | None, factor: float) -> int | None:
-        """factor · value."""
-        return None if index is None else self.out.emit(Operation.MUL, self.out.constant(factor), index)
-
-    def _first(self, series: Series) -> int:
-        return self.out.constant(0.0) if series[0] is None else series[0]
-
-    def _plus(self, left: int | None, right: int | None) -> int | None:
-        if left is None or right is None:
-            return left if right is None else right
-        return self.out.emit(Operation.ADD, left, right)
-
-    def _minus(self, left: int | None, right: int | None) -> int | None:
-        if right is None:
-            return left
-        return self.out.emit(Operation.NEG, right) if left is None else self.out.emit(Operation.SUB, left, right)
-
-    def _times(self, left: int | None, right: int | None) -> int | None:
-        return None if left is None or right is None else self.out.emit(Operation.MUL, left, right)
-
-    def _over(self, above: int | None, below: int) -> int | None:
-        return None if above is None else self.out.emit(Operation.DIV, above, below)
-
-    def _convolved(self, left: Series, right: Series, k: int, first: int = 0, last: int | None = None) -> int | None:
-        """Σ left_j right_{k−j}, first ≤ j ≤ last."""
-        total: int | None = None
-        for j in range(first, (k if last is None else last) + 1):
-            total = self._plus(total, self._times(left[j], right[k - j]))
-        return total
-
-    def _slope(self, argument: Series, other: Series, k: int, last: int | None = None) -> int | None:
-        """(1/k) Σ j a_j b_{k−j}, 1 ≤ j ≤ last: coefficient k of ∫ a' b."""
-        total: int | None = None
-        for j in range(1, (k if last is None else last) + 1):
-            weighted = self.scaled(self._times(argument[j], other[k - j]), j / k)
-            total = self._plus(total, weighted)
-        return total
-
-    # ------------------------------------------------------------------------------------------------ rules
-
-    def _rule(self, operation: Operation) -> Callable[[Series, tuple[int, ...], int], int | None]:
-        rules: dict[Operation, Callable[[Series, tuple[int, ...], int], int | None]] = {
-            Operation.ADD: lambda _, p, k: self._plus(self.series[p[0]][k], self.series[p[1]][k]),
-            Operation.SUB: lambda _, p, k: self._minus(self.series[p[0]][k], self.series[p[1]][k]),
-            Operation.NEG: lambda _, p, k: self._minus(None, self.series[p[0]][k]),
-            Operation.MUL: lambda _, p, k: self._convolved(self.series[p[0]], self.series[p[1]], k),
-            Operation.DIV: self._quotient,
-            Operation.SQRT: self._root,
-            Operation.EXP: lambda own, p, k: self._slope(self.series[p[0]], own, k),
-            Operation.LOG: self._logarithm,
-            Operation.POW: self._power,
-        }
-        if operation in _PARTNER:
-            return lambda own, p, k: self._paired(operation, own, p[0], k)
-        if operation in (Operation.TAN, Operation.TANH):
-            return lambda own, p, k: self._tangent(operation, own, p[0], k)
-        if operation in _INVERSE:
-            return lambda own, p, k: self._inverse(operation, own, p[0], k)
-        if operation not in rules:
-            raise UlnaError(
-                f"Lie derivatives of '{self.field.name}'",
-                f"'{operation}' has no Taylor series here.",
-                "Write the plant with + - * / powers and smooth elementary functions.",
-            )
-        return rules[operation]
-
-    def _quotient(self, own: Series, operands: tuple[int, ...], k: int) -> int | None:
-        above, below = (self.series[operand] for operand in operands)
-        return self._over(self._minus(above[k], self._convolved(below, own, k, first=1)), self._first(below))
-
-    def _root(self, own: Series, operands: tuple[int, ...], k: int) -> int | None:
-        inner = self._convolved(own, own, k, first=1, last=k - 1)
-        return self._over(self.scaled(self._minus(self.series[operands[0]][k], inner), 0.5), self._first(own))
-
-    def _logarithm(self, own: Series, operands: tuple[int, ...], k: int) -> int | None:
-        argument = self.series[operands[0]]
-        inner = self._slope(own, argument, k, last=k - 1)
-        return self._over(self._minus(argument[k], inner), self._first(argument))
-
-    def _power(self, own: Series, operands: tuple[int, ...], k: int) -> int | None:
-        base, exponent = (self.series[operand] for operand in operands)
-        if any(coefficient is not None for coefficient in exponent[1 : k + 1]):
-            raise UlnaError(
-                f"Lie derivatives of '{self.field.name}'", "an exponent moves.", "Write it with exp and log."
-            )
-        total: int | None = None
-        for j in range(1, k + 1):
-            term = self._times(base[j], own[k - j])
-            if term is None:
-                continue
-            weight = self.out.emit(Operation.MUL, self._first(exponent), self.out.constant(j / k))
-            weight = self.out.emit(Operation.SUB, weight, self.out.constant((k - j) / k))
-            total = self._plus(total, self._times(weight, term))
-        return self._over(total, self._first(base))
-
-    def _paired(self, operation: Operation, own: Series, operand: int, k: int) -> int | None:
-        """Coefficient k of sin, cos, sinh or cosh, whose slope is ± its partner; the partner's follows with it."""
-        argument, partner = self.series[operand], self._partners[operation, operand]
-        partner += [None] * (k - len(partner))
-        _, own_sign, partner_sign = _PARTNER[operation]
-        value, paired = self._slope(argument, partner, k), self._slope(argument, own, k)
-        partner.append(paired if partner_sign > 0 else self._minus(None, paired))
-        return value if own_sign > 0 else self._minus(None, value)
-
-    def _tangent(self, operation: Operation, own: Series, operand: int, k: int) -> int | None:
-        """Tan and tanh: y' = (1 ± y²) a'."""
-        partner = self._partners[operation, operand]
-        partner += [None] * (k - len(partner))
-        value = self._slope(self.series[operand], partner, k)
-        partner.append(self._one_and_square(operation, [*own, value], k))
-        return value
-
-    def _inverse(self, operation: Operation, own: Series, operand: int, k: int) -> int | None:
-        """Atan, asin and acos: w y' = ± a' with w = 1 + a² or √(1 − a²)."""
-        argument, partner = self.series[operand], self._partners[operation, operand]
-        square = [self._one_and_square(operation, argument, j) for j in range(k + 1)]
-        if operation is Operation.ATAN:
-            partner[:] = square
-        else:
-            partner[:] = [self.out.emit(Operation.SQRT, self._first(square))]
-            for j in range(1, k + 1):
-                inner = self._minus(square[j], self._convolved(partner, partner, j, first=1, last=j - 1))
-                partner.append(self._over(self.scaled(inner, 0.5), self._first(partner)))
-        source = self._minus(None, argument[k]) if operation is Operation.ACOS else argument[k]
-        return self._over(self._minus(source, self._slope(own, partner, k, last=k - 1)), self._first(partner))
-
-    def _one_and_square(self, operation: Operation, series: Series, k: int) -> int | None:
-        """Coefficient k of 1 + s² (tan, atan) or 1 − s² (tanh, asin, acos)."""
-        square = self._convolved(series, series, k)
-        one = self.out.constant(1.0) if k == 0 else None
-        return self._plus(one, square) if operation in (Operation.TAN, Operation.ATAN) else self._minus(one, square)
+def _as_implicit(field: Kernel | ImplicitKernel) -> ImplicitKernel:
+    return ImplicitKernel(kernel=field, unknowns=(), residuals=()) if isinstance(field, Kernel) else field
 
 
-_INVERSE = frozenset({Operation.ATAN, Operation.ASIN, Operation.ACOS})
-_PARTNER = {
-    # operation: (partner, sign in own' = ± partner a', sign in partner' = ± own a')
-    Operation.SIN: (Operation.COS, 1, -1),
-    Operation.COS: (Operation.SIN, -1, 1),
-    Operation.SINH: (Operation.COSH, 1, 1),
-    Operation.COSH: (Operation.SINH, 1, 1),
-}
+def _functions(program: ImplicitKernel, rates: Sequence[str]) -> list[str]:
+    others = {*rates, *program.residuals}
+    return [name for name in program.kernel.outputs if name not in others]
+
+
+class _Growth:
+    """The series of a program's values, the unknowns found order by order or left open."""
+
+    def __init__(
+        self,
+        program: ImplicitKernel,
+        states: Sequence[str],
+        rates: Sequence[str],
+        *,
+        order: int = -1,
+        along: Sequence[str] = (),
+    ) -> None:
+        """Nothing grown yet; with an `order`, unknowns that depend on `along` become inputs up to it."""
+        whole = program.kernel
+        self.program = program
+        self.results = dict(zip(whole.outputs, whole.results, strict=True))
+        place = {name: k for k, name in enumerate(whole.inputs)}
+        speeds = {place[s]: self.results[r] for s, r in zip(states, rates, strict=True)}
+        self.block = LinearBlock(program)
+        open_names = [f"{name}:{k}" for k in range(order + 1) for name in program.unknowns]
+        self.inputs = (*program.given, *open_names)
+        self.rules = SeriesRules(whole, InstructionList(len(self.inputs)), speeds, self.block.late)
+        self.opened: list[int] = []
+        self._moved = [name in set(along) for name in program.given] + [True] * len(open_names)
+
+    def coefficients(self, k: int) -> range:
+        """The inputs that coefficient k of the unknowns becomes where it is left open."""
+        count = len(self.program.unknowns)
+        first = len(self.program.given) + k * count
+        return range(first, first + count)
+
+    def grow(self, k: int, outputs: Sequence[str]) -> None:
+        """Coefficient k of everything the outputs need."""
+        whole, rules, block = self.program.kernel, self.rules, self.block
+        first = len(whole.inputs)
+        values = [self.results[label] for label in outputs]
+        needed = ancestors(whole, values)
+        implicit = any(index in needed for index in block.inputs)
+        if implicit:
+            needed |= ancestors(whole, [self.results[label] for label in self.program.residuals])
+        positions = [p for p in range(len(whole.instructions)) if first + p in needed]
+        for index in range(len(self.program.given)):
+            rules.extend_input(index, k)
+        for position in positions:
+            if position not in block.dependent:
+                rules.extend(position, k)
+        if not implicit:
+            return
+        for index in block.inputs:
+            rules.series[index].append(None)
+        for position in block.positions:
+            rules.extend(position, k)
+        for index, value in zip(block.inputs, self._found(k), strict=True):
+            rules.series[index][k] = value
+        for position in block.positions:
+            rules.series[first + position].pop()
+        for position in positions:
+            if position in block.dependent:
+                rules.extend(position, k)
+
+    def _found(self, k: int) -> Sequence[int | None]:
+        """Coefficient k of the unknowns: solved for, or open where it depends on the inputs chosen."""
+        sides = [self.rules.series[self.results[label]][k] for label in self.program.residuals]
+        if len(self.inputs) > len(self.program.given) and any(side is not None and self._moves(side) for side in sides):
+            self.opened.append(k)
+            return self.coefficients(k)
+        return self.block.solved(self.rules, k)
+
+    def _moves(self, value: int) -> bool:
+        out = self.rules.out
+        for instruction in out.instructions[len(self._moved) - out.input_count :]:
+            self._moved.append(any(self._moved[operand] for operand in instruction.operands))
+        return self._moved[value]
+
+    def kernel(self, name: str, wanted: Sequence[tuple[str, str, int]]) -> Kernel:
+        """The kernel of derivatives: (label, output of the program, order)."""
+        out = self.rules.out
+        results = []
+        for _, output, k in wanted:
+            whole = self.rules.scaled(self.rules.series[self.results[output]][k], float(factorial(k)))
+            results.append(out.constant(0.0) if whole is None else whole)
+        instructions, kept = pruned(out.input_count, out.instructions, results)
+        labels = tuple(label for label, _, _ in wanted)
+        return Kernel(name=name, inputs=self.inputs, outputs=labels, instructions=instructions, results=kept)

@@ -6,13 +6,13 @@ import keyword
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import sympy as sp
 
 from ulna.base import FormulaError
-from ulna.symbolic.program.instructions import Instruction, Operation, pruned
+from ulna.symbolic.program.instructions import Instruction, InstructionList, Operation, pruned
 from ulna.symbolic.program.instructions_from_sympy import SympyReader
 
 _INTERMEDIATE = re.compile(r"v\d+|in_\d+|total_\w+|\w*__\w*")
@@ -126,6 +126,40 @@ def restricted(original: Kernel, outputs: Iterable[str]) -> Kernel:
     )
     return Kernel(
         name=original.name, inputs=original.inputs, outputs=wanted, instructions=instructions, results=results
+    )
+
+
+def copied(original: Kernel, out: InstructionList) -> list[int]:
+    """The instructions emitted into a list over the same first inputs; for every value its index there."""
+    values = list(range(len(original.inputs)))
+    for instruction in original.instructions:
+        if instruction.operation is Operation.CONSTANT:
+            values.append(out.constant(instruction.value))
+        else:
+            values.append(out.emit(instruction.operation, *(values[k] for k in instruction.operands)))
+    return values
+
+
+def without_inputs(original: Kernel, idle: Collection[str]) -> Kernel:
+    """The kernel without inputs that nothing uses.
+
+    Raises:
+        FormulaError: if one of them is used.
+    """
+    gone = {k for k, name in enumerate(original.inputs) if name in set(idle)}
+    used = gone & {*original.results, *(k for i in original.instructions for k in i.operands)}
+    if used:
+        names = ", ".join(original.inputs[k] for k in sorted(used))
+        raise FormulaError(f"kernel '{original.name}' without the inputs {', '.join(idle)}", f"it uses {names}.")
+    kept = [k for k in range(len(original.inputs)) if k not in gone]
+    place = {k: position for position, k in enumerate(kept)}
+    place |= {k: k - len(gone) for k in range(len(original.inputs), len(original.inputs) + len(original.instructions))}
+    return Kernel(
+        name=original.name,
+        inputs=tuple(original.inputs[k] for k in kept),
+        outputs=original.outputs,
+        instructions=tuple(replace(i, operands=tuple(place[k] for k in i.operands)) for i in original.instructions),
+        results=tuple(place[k] for k in original.results),
     )
 
 

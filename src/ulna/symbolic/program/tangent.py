@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Sequence
 
 from ulna.base import UlnaError
 from ulna.symbolic.program.instructions import Instruction, InstructionList, Operation, pruned
-from ulna.symbolic.program.kernel import Kernel
+from ulna.symbolic.program.kernel import Kernel, copied
 
 
 def tangents(original: Kernel, along: Sequence[str]) -> Kernel:
@@ -18,7 +18,7 @@ def tangents(original: Kernel, along: Sequence[str]) -> Kernel:
         UlnaError: for an operation without a derivative.
     """
     out = InstructionList(len(original.inputs))
-    values = _copied(original, out)
+    values = copied(original, out)
     outputs, results = [], []
     for name in along:
         slopes = _sweep(original, out, values, name)
@@ -51,16 +51,6 @@ def at_zero(original: Kernel, zeros: Collection[str]) -> Kernel:
         instructions=instructions,
         results=kept,
     )
-
-
-def _copied(original: Kernel, out: InstructionList) -> list[int]:
-    values = list(range(len(original.inputs)))
-    for instruction in original.instructions:
-        if instruction.operation is Operation.CONSTANT:
-            values.append(out.constant(instruction.value))
-        else:
-            values.append(out.emit(instruction.operation, *(values[k] for k in instruction.operands)))
-    return values
 
 
 def _folded(out: InstructionList, instruction: Instruction, operands: list[int | None]) -> int | None:
