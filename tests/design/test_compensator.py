@@ -83,6 +83,7 @@ def test_integral_action_removes_the_offset_of_a_wrong_load():
     plain = close_loop(lighter, state_feedback(controller_form(ARM), Poles(-6, -7, -8), reference=SetPoint()))
     gains = Poles(-5, -6, -7, -8)
     law = state_feedback(controller_form(ARM), gains, reference=SetPoint(), integral=True)
+    assert law.integral_gains == (5 * 6 * 7 * 8,)
     corrected = close_loop(lighter, law)
     assert abs(rest_point(plain.system, {"i": -15}, {"y_ref": 0.3}).states["theta"] - 0.3) > 0.01
     assert rest_point(corrected.system, {"i": -15}, {"y_ref": 0.3}).states["theta"] == pytest.approx(0.3, abs=1e-9)
