@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+import numba
 import numpy as np
 import pytest
 from independent_arm import Plant, mujoco_plant, mujoco_steps, pinocchio_plant
@@ -11,11 +13,11 @@ from independent_arm import Plant, mujoco_plant, mujoco_steps, pinocchio_plant
 from ulna.models.driven_arm import arm_with_drive
 from ulna.models.presets import preset
 from ulna.sim import simulate
-from ulna.studies.prosthesis import trial
 from ulna.studies.prosthesis.field import contenders, tuned_numbers
-from ulna.studies.prosthesis.loop import run_block
+from ulna.studies.prosthesis.lanes import LANES
 from ulna.studies.prosthesis.plant import Bench, bench_of, draws_of
-from ulna.studies.prosthesis.tasks import PERIOD, Task, tasks_of
+from ulna.studies.prosthesis.tasks import Task, tasks_of
+from ulna.studies.prosthesis.trial import run_on, run_trial
 
 PRESETS = ("paper", "bench_servo", "transhumeral_elbow", "human_scale")
 ENGINES = {"mujoco": mujoco_plant, "pinocchio": pinocchio_plant}
@@ -38,31 +40,31 @@ def _shorter(task: Task, count: int) -> Task:
     )
 
 
+def _block_of(plant: Plant) -> Any:
+    """A plant as the bench's compiled loop wants it: the first plant of a block runs, the others stand for it."""
+
+    def first(state: np.ndarray, given: np.ndarray, numbers: np.ndarray, out: np.ndarray) -> None:
+        rates = np.empty(3)
+        plant(state[::LANES].copy(), given[::LANES].copy(), numbers, rates)
+        out[:] = np.repeat(rates, LANES)
+
+    row = "float64[::1]"
+
+    @numba.njit(f"void({row}, {row}, {row}, {row})")
+    def block(state, given, numbers, out):
+        with numba.objmode():
+            first(state, given, numbers, out)
+
+    return block
+
+
 def _angle_with(plant: Plant, bench: Bench, key: str, task: Task) -> tuple[np.ndarray, np.ndarray]:
-    """(N,) angles of the bench's own plant and of the other one, under the same controller, compiled."""
+    """(N,) angles of the bench's own plant and of the other one, under the same controller, in the same loop."""
     contender = next(c for c in contenders(bench) if c.key == key)
     chosen, draws = tuned_numbers(bench, contender), draws_of(bench, 1)
-    own = trial.run_trial(bench, contender, chosen, task, draws).angle[0]
-    starts, voltages = trial.starts_at_rest(bench, task, draws)
-    record = np.empty((4, 1, task.count + 1))
-    run_block(
-        plant,
-        trial.compiled_control(contender.system),
-        PERIOD,
-        trial.plant_steps(bench),
-        starts,
-        trial.first_memory(bench, contender, chosen, task),
-        voltages,
-        np.zeros((1, 1)),
-        trial.control_numbers(bench, contender, chosen),
-        task.reference,
-        task.load,
-        task.push,
-        trial.encoder_noise(bench, task, draws),
-        trial.hardware_of(bench, draws),
-        record,
-    )
-    return own, record[0, 0]
+    own = run_trial(bench, contender, chosen, task, draws)
+    other = run_on(bench, contender, chosen, task, draws, _block_of(plant), np.zeros((1, 1)))
+    return own.angle[0], other.angle[0]
 
 
 @pytest.mark.parametrize("name", PRESETS)

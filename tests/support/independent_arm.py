@@ -47,6 +47,19 @@ def current_rate(p: Mapping[str, float], voltage: float, current: float, speed: 
     return (voltage - p["Ra"] * current - p["N"] * p["kb"] * speed) / p["La"]
 
 
+def extra_torque(p: Mapping[str, float], current: float, speed: float) -> float:
+    """N m at the joint that a gear driven back gives on top of η N km i, the rule of `BackDriven` written anew.
+
+    With r = −P/p of the power P = N km i ω the share driven back is ((q − 1)/(q + 1))² (1 + r/√(r² + 1))/2 for
+    q = r + √(r² + 1).
+    """
+    motor = p["N"] * p["km"] * current
+    r = -motor * speed / p["P_b"]
+    root = np.hypot(r, 1.0)
+    share = ((r + root - 1) / (r + root + 1)) ** 2 * (1 + r / root) / 2
+    return (1 / p["eta_b"] - p["eta"]) * share * motor
+
+
 def mujoco_plant(p: Mapping[str, float]) -> Plant:
     """The rates with MuJoCo's accelerations; friction apart from B is left to the caller's zero."""
     model = mujoco.MjModel.from_xml_string(arm_xml(p))
@@ -58,7 +71,7 @@ def mujoco_plant(p: Mapping[str, float]) -> Plant:
         angle, speed, current = state
         model.body_mass[load] = p["m2"] + given[1]
         data.qpos[0], data.qvel[0], data.act[0] = angle, speed, current
-        data.qfrc_applied[0] = given[2]
+        data.qfrc_applied[0] = given[2] + extra_torque(p, current, speed)
         mujoco.mj_forward(model, data)
         out[0], out[1], out[2] = speed, data.qacc[0], current_rate(p, given[0], current, speed)
 
@@ -81,6 +94,7 @@ def pinocchio_plant(p: Mapping[str, float]) -> Plant:
         point = pin.Inertia(p["m2"] + given[1], np.array([p["b"], 0.0, 0.0]), np.zeros((3, 3)))
         model.inertias[joint] = rod + point
         torque = p["eta"] * p["N"] * p["km"] * current - p["B"] * speed + given[2]
+        torque += extra_torque(p, current, speed)
         acceleration = pin.aba(model, data, np.array([angle]), np.array([speed]), np.array([torque]))
         out[0], out[1], out[2] = speed, acceleration[0], current_rate(p, given[0], current, speed)
 

@@ -92,7 +92,7 @@ def paper_compensator() -> Contender:
         key="compensator",
         title="the paper's compensator",
         note="the third-order law with the exact observer, from the angle alone",
-        system=_joined("compensator", law, observer),
+        system=joined("compensator", law, observer),
         tuned=(*_law_numbers(), Tuned(name="observer_scale", start=5.0, lower=0.3, upper=60.0)),
         proposed=True,
     )
@@ -106,7 +106,7 @@ def reduced_compensator() -> Contender:
         key="reduced",
         title="reduced-order compensator",
         note="law and exact observer of the second-order arm, the current taken as settled",
-        system=_joined("reduced-order compensator", law, observer),
+        system=joined("reduced-order compensator", law, observer),
         tuned=_scales(),
         proposed=True,
     )
@@ -122,7 +122,7 @@ def load_robust(*, full: bool) -> Contender:
         key="load_robust",
         title="load-robust compensator",
         note=f"the {order} law with an observer that estimates an unknown torque as a further state",
-        system=_joined("load-robust compensator", law, observer),
+        system=joined("load-robust compensator", law, observer),
         tuned=_scales(),
         proposed=True,
     )
@@ -168,7 +168,7 @@ def _scales() -> tuple[Tuned, ...]:
     )
 
 
-def _joined(name: str, law: Law, observer: StateEstimator) -> System:
+def joined(name: str, law: Law, observer: StateEstimator) -> System:
     """The observer driven by the voltage that the motor really gets, and the law on its estimates."""
     compensator(law, observer)  # refuses an observer that does not fit the law
     estimates = dict(zip((s.name for s in observer.system.outputs), observer.system.readouts, strict=True))

@@ -1,37 +1,152 @@
-"""The loop of the bench, plain Python for Numba: processor at the samples, plant in Runge-Kutta steps between.
+"""The loop of the bench: processor at the samples, plant in Runge-Kutta steps between, many plants side by side.
 
 It differs from the general sampled loop of `ulna.sim`: it keeps whole trajectories of many plants, knows a battery and
-a current limit, and is compiled once for all controllers, which it gets as functions.
-
-Longer than 80 lines because one period of one run stands in one function, in the order in which it happens.
+a current limit, and is compiled once for all controllers, which it gets as functions; tests hold the two against each
+other. Numbers of a block of plants lie in rows of `lanes`, quantity by quantity: quantity j of plant l at
+[j · lanes + l]. A row is what the compiler makes vector code of.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from functools import cache
+from functools import partial
 from typing import Any, no_type_check
 
+import numba
 import numpy as np
 
-from ulna.base import OptionalDependencyError
-from ulna.symbolic.program.kernel import Kernel
-from ulna.symbolic.program.lowering.python_source import to_python_source
+ROUNDING = 6755399441055744.0
+"""1.5 · 2^52: adding and subtracting it rounds to the nearest whole number."""
+REFERENCE, APPLIED = 3, 7
+"""First row of the reference, and row of the applied voltage, among what a controller reads."""
+LOST = 1e9
+"""V from which a command counts as that of a controller that has lost itself."""
+
+
+_ROW, _TABLE, _STACK = numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
+_RATES = numba.types.FunctionType(numba.void(*[_ROW] * 4))
+_KEPT = numba.types.Array(numba.float64, 2, "C", readonly=True)
+_SIGNATURE = numba.void(
+    *[_RATES] * 3, numba.int64, numba.float64, numba.int64, *[_TABLE] * 7, _ROW, _ROW, _KEPT, _TABLE, _STACK
+)
+
+
+def _compiled(function: Callable[..., Any], signature: Any = None) -> Any:
+    """The function compiled, once a machine where there is a folder to keep it in."""
+    arguments = () if signature is None else (signature,)
+    try:
+        return numba.njit(*arguments, error_model="numpy", nogil=True, cache=True)(function)
+    except RuntimeError:
+        return numba.njit(*arguments, error_model="numpy", nogil=True)(function)
 
 
 # Compiled by Numba, which cannot read what run-time type checks put around a function.
+@_compiled
 @no_type_check
-def run_block(  # noqa: PLR0912, PLR0915 (one period of one run, in the order in which it happens)
+def limit(lanes, x, hardware, wanted, given, flags):  # noqa: ANN001, ANN201
+    """What the bridge can give now of `wanted`, into the first row of `given`; `flags` where that is not all.
+
+    Battery behind its resistance, then the current limit of the amplifier.
+    """
+    for lane in range(lanes):
+        ceiling, cell = hardware[lanes + lane], hardware[2 * lanes + lane]
+        drop = hardware[3 * lanes + lane] * x[2 * lanes + lane]
+        peak, ohms = hardware[4 * lanes + lane], hardware[5 * lanes + lane]
+        emf = hardware[6 * lanes + lane] * x[lanes + lane]
+        upper, lower = min(ceiling, cell - drop), max(-ceiling, -cell - drop)
+        upper = min(upper, max(lower, emf + ohms * peak))
+        lower = max(lower, min(upper, emf - ohms * peak))
+        u = min(max(wanted[lane], lower), upper)
+        given[lane] = u
+        flags[lane] = 0.0 if u == wanted[lane] else 1.0
+
+
+@_compiled
+@no_type_check
+def keep(k, first, count, lanes, x, given, flags, record):  # noqa: ANN001, ANN201
+    """Angle, current, voltage and flag of sample k into the record."""
+    for lane in range(count):
+        record[0, first + lane, k] = x[lane]
+        record[1, first + lane, k] = x[2 * lanes + lane]
+        record[2, first + lane, k] = given[lane]
+        record[3, first + lane, k] = flags[lane]
+
+
+@_compiled
+@no_type_check
+def sense(k, lanes, x, noise, hardware, reference, given, seen):  # noqa: ANN001, ANN201
+    """What the controllers read at sample k: `CONTROL_INPUTS`, the angle through noise and encoder."""
+    for lane in range(lanes):
+        step = hardware[lane]
+        seen[lane] = step * (((x[lane] + noise[lane]) / step + ROUNDING) - ROUNDING)
+        seen[lanes + lane] = x[lanes + lane]
+        seen[2 * lanes + lane] = x[2 * lanes + lane]
+        seen[APPLIED * lanes + lane] = given[lane]
+    for row in range(reference.shape[0]):
+        value = reference[row, k]
+        for lane in range(lanes):
+            seen[(REFERENCE + row) * lanes + lane] = value * hardware[9 * lanes + lane]
+
+
+@_compiled
+@no_type_check
+def runge_kutta(rates, h, x, given, numbers, at, slope, total):  # noqa: ANN001, ANN201
+    """One classical Runge-Kutta step of length h, in place; `rates` is f(at, given, numbers, slope)."""
+    half, sixth, size = 0.5 * h, h / 6.0, x.shape[0]
+    rates(x, given, numbers, slope)
+    for j in range(size):
+        total[j] = slope[j]
+        at[j] = x[j] + half * slope[j]
+    rates(at, given, numbers, slope)
+    for j in range(size):
+        total[j] += 2.0 * slope[j]
+        at[j] = x[j] + half * slope[j]
+    rates(at, given, numbers, slope)
+    for j in range(size):
+        total[j] += 2.0 * slope[j]
+        at[j] = x[j] + h * slope[j]
+    rates(at, given, numbers, slope)
+    for j in range(size):
+        x[j] += sixth * (total[j] + slope[j])
+
+
+@_compiled
+@no_type_check
+def stop_at_walls(lanes, x, hardware):  # noqa: ANN001, ANN201
+    """An arm beyond its range is put back on the wall; a speed into the wall is lost."""
+    for lane in range(lanes):
+        low, high = hardware[7 * lanes + lane], hardware[8 * lanes + lane]
+        angle, speed = x[lane], x[lanes + lane]
+        x[lane] = min(max(angle, low), high)
+        slowed = min(speed, 0.0) if angle > high else speed
+        x[lanes + lane] = max(speed, 0.0) if angle < low else slowed
+
+
+@_compiled
+@no_type_check
+def in_lanes(table, first, lanes, rows):  # noqa: ANN001, ANN201
+    """Rows first … of (D, Q) into lanes; a block that is not full is filled up with the last row."""
+    for lane in range(lanes):
+        place = min(first + lane, table.shape[0] - 1)
+        for column in range(table.shape[1]):
+            rows[column * lanes + lane] = table[place, column]
+
+
+@partial(_compiled, signature=_SIGNATURE)
+@no_type_check
+def run_blocks(
     plant: Any,
-    control: Any,
+    command: Any,
+    memory_rates: Any,
+    lanes: int,
     period: float,
     steps: int,
     starts: np.ndarray,
     memory: np.ndarray,
     voltages: np.ndarray,
     plant_numbers: np.ndarray,
-    control_numbers: np.ndarray,
+    command_numbers: np.ndarray,
+    memory_numbers: np.ndarray,
     reference: np.ndarray,
     load: np.ndarray,
     push: np.ndarray,
@@ -39,138 +154,54 @@ def run_block(  # noqa: PLR0912, PLR0915 (one period of one run, in the order in
     hardware: np.ndarray,
     record: np.ndarray,
 ) -> None:
-    """Run a controller on many plants, one after the other; results go into `record`.
+    """Run a controller on many plants, block by block; results go into `record`.
 
     At sample k: quantise the angle, compute the command from the memory, hold the command of sample k − 1 (limited by
     battery and current) on the motor until k + 1, advance the controller's memory with it and the plant in `steps`
     classical Runge-Kutta steps, stop at the walls.
 
     Args:
-        plant, control: f(state, input, numbers, out). The plant's input is (u, load, push); the control's is
-            `CONTROL_INPUTS`, its out the memory's rates, then the command.
-        period: s. steps: of the plant a period.
-        starts: (D, n) plant states. memory: (m,) of the controller. voltages: (D,) on the motor at first.
-        plant_numbers: (D, P). control_numbers: (Q,). reference: (4, N). load, push: (N,). noise: (D, N) rad.
-        hardware: (D, 9) encoder step, voltage limit, cell voltage, cell resistance, current limit, Ra, N kb, lower
-            wall, upper wall; infinite where there is none.
+        plant, memory_rates: f(state, input, numbers, out), the rates of a block. command: the same, out the command.
+            The plant's input is (u, load, push); the controller's is `CONTROL_INPUTS`.
+        lanes: plants of a block, for which the functions are made. period: s. steps: of the plant a period.
+        starts: (D, n) plant states. memory: (1, m) of the controller. voltages: (D, 1) on the motor at first.
+        plant_numbers: (D, P). command_numbers: (1, Q), memory_numbers: (1, R).
+        reference: (4, N). load, push: (N,). noise: (D, N) rad.
+        hardware: (D, 11) encoder step, voltage limit, cell voltage, cell resistance, current limit, Ra, N kb, lower
+            wall, upper wall; infinite where there is none; then factors of the plant's own on reference and load.
         record: (4, D, N) angle, current, voltage on the motor, whether the command was limited.
     """
-    n, m = starts.shape[1], memory.shape[0]
-    x, x_at, z, z_at = np.empty(n), np.empty(n), np.empty(m), np.empty(m)
-    k1, k2, k3, k4 = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    r1, r2, r3, r4 = np.empty(m + 1), np.empty(m + 1), np.empty(m + 1), np.empty(m + 1)
-    seen, driven = np.empty(8), np.empty(3)
-    h = period / steps
-    for d in range(starts.shape[0]):
-        step, limit, cell, inner, peak, ohms, emf, low, high = hardware[d]
-        x[:] = starts[d]
-        z[:] = memory
-        command = voltages[d]
-        numbers = plant_numbers[d]
+    n, m = starts.shape[1] * lanes, memory.shape[1] * lanes
+    x, x_at, x_slope, x_sum = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    z, z_at, z_slope, z_sum = np.empty(m), np.empty(m), np.empty(m), np.empty(m)
+    own = np.empty(plant_numbers.shape[1] * lanes)
+    held, kept = np.empty(command_numbers.shape[1] * lanes), np.empty(memory_numbers.shape[1] * lanes)
+    parts, heard = np.empty(hardware.shape[1] * lanes), np.empty(lanes)
+    given, seen = np.empty(3 * lanes), np.empty(8 * lanes)
+    wanted, flags = np.empty(lanes), np.empty(lanes)
+    for first in range(0, starts.shape[0], lanes):
+        count = min(lanes, starts.shape[0] - first)
+        in_lanes(starts, first, lanes, x)
+        in_lanes(memory, 0, lanes, z)
+        in_lanes(voltages, first, lanes, wanted)
+        in_lanes(plant_numbers, first, lanes, own)
+        in_lanes(command_numbers, 0, lanes, held)
+        in_lanes(memory_numbers, 0, lanes, kept)
+        in_lanes(hardware, first, lanes, parts)
         for k in range(reference.shape[1]):
-            # What the bridge can give now: battery behind its resistance, then the current limit of the amplifier.
-            upper = min(limit, cell - inner * x[2]) if cell < math.inf else limit
-            lower = max(-limit, -cell - inner * x[2]) if cell < math.inf else -limit
-            if peak < math.inf:
-                upper = min(upper, max(lower, emf * x[1] + ohms * peak))
-                lower = max(lower, min(upper, emf * x[1] - ohms * peak))
-            u = min(max(command, lower), upper)
-            record[0, d, k] = x[0]
-            record[1, d, k] = x[2]
-            record[2, d, k] = u
-            record[3, d, k] = 0.0 if u == command else 1.0
-            seen[0] = step * math.floor((x[0] + noise[d, k]) / step + 0.5)
-            seen[1] = x[1]
-            seen[2] = x[2]
-            seen[3] = reference[0, k]
-            seen[4] = reference[1, k]
-            seen[5] = reference[2, k]
-            seen[6] = reference[3, k]
-            seen[7] = u
-            control(z, seen, control_numbers, r1)
-            command = r1[m]
-            # A controller that has lost itself gives nothing: 0 V, as a watchdog does.
-            if not (abs(command) < 1e9):
-                command = 0.0
-            for j in range(m):
-                z_at[j] = z[j] + 0.5 * period * r1[j]
-            control(z_at, seen, control_numbers, r2)
-            for j in range(m):
-                z_at[j] = z[j] + 0.5 * period * r2[j]
-            control(z_at, seen, control_numbers, r3)
-            for j in range(m):
-                z_at[j] = z[j] + period * r3[j]
-            control(z_at, seen, control_numbers, r4)
-            for j in range(m):
-                z[j] += period / 6.0 * (r1[j] + 2.0 * r2[j] + 2.0 * r3[j] + r4[j])
-            driven[0] = u
-            driven[1] = load[k]
-            driven[2] = push[k]
+            for lane in range(lanes):
+                heard[lane] = noise[min(first + lane, starts.shape[0] - 1), k]
+                given[lanes + lane] = load[k] * parts[10 * lanes + lane]
+                given[2 * lanes + lane] = push[k]
+            limit(lanes, x, parts, wanted, given, flags)
+            keep(k, first, count, lanes, x, given, flags, record)
+            sense(k, lanes, x, heard, parts, reference, given, seen)
+            command(z, seen, held, wanted)
+            for lane in range(lanes):
+                # A controller that has lost itself gives nothing: 0 V, as a watchdog does. A NaN is lost too.
+                wanted[lane] = wanted[lane] if abs(wanted[lane]) < LOST else 0.0
+            if m > 0:
+                runge_kutta(memory_rates, period, z, seen, kept, z_at, z_slope, z_sum)
             for _ in range(steps):
-                plant(x, driven, numbers, k1)
-                for j in range(n):
-                    x_at[j] = x[j] + 0.5 * h * k1[j]
-                plant(x_at, driven, numbers, k2)
-                for j in range(n):
-                    x_at[j] = x[j] + 0.5 * h * k2[j]
-                plant(x_at, driven, numbers, k3)
-                for j in range(n):
-                    x_at[j] = x[j] + h * k3[j]
-                plant(x_at, driven, numbers, k4)
-                for j in range(n):
-                    x[j] += h / 6.0 * (k1[j] + 2.0 * k2[j] + 2.0 * k3[j] + k4[j])
-                if x[0] > high:
-                    x[0] = high
-                    x[1] = min(x[1], 0.0)
-                elif x[0] < low:
-                    x[0] = low
-                    x[1] = max(x[1], 0.0)
-
-
-def compiled_function(kernel: Kernel, sizes: tuple[int, int]) -> Callable[..., None]:
-    """The kernel, inputs in the order state, input, numbers, as a compiled f(state, input, numbers, out).
-
-    Args:
-        kernel: all its inputs in that order. sizes: of state and input.
-
-    Raises:
-        OptionalDependencyError: without Numba.
-    """
-    numba = _numba()
-    states, inputs = sizes
-    places = [f"state[{k}]" for k in range(states)] + [f"given[{k}]" for k in range(inputs)]
-    places += [f"numbers[{k}]" for k in range(len(kernel.inputs) - states - inputs)]
-    source = to_python_source(kernel, function_name="formulas").splitlines()
-    body = [f"    {name} = {place}" for name, place in zip(kernel.identifiers, places, strict=True)]
-    values = source[-1].strip().removeprefix("return (").removesuffix(")")
-    results = [value.strip() for value in values.split(",") if value.strip()]
-    lines = ["def function(state, given, numbers, out):", *body, *source[1:-1]]
-    lines += [f"    out[{k}] = {value}" for k, value in enumerate(results)]
-    namespace: dict[str, Any] = {"math": math}
-    # The source comes from a Kernel, never from a user's text.
-    exec(compile("\n".join(lines), f"<ulna bench {kernel.name}>", "exec"), namespace)  # noqa: S102
-    return numba.njit(_signature(numba), error_model="numpy", nogil=True)(namespace["function"])
-
-
-@cache
-def compiled_loop(plant: Callable[..., None]) -> Callable[..., None]:
-    """`run_block` for a plant from `compiled_function`, put in line, and any controller, called through its address."""
-    numba = _numba()
-    function = numba.types.FunctionType(_signature(numba))
-    real, row, table = numba.float64, numba.float64[::1], numba.float64[:, ::1]
-    arguments = (numba.typeof(plant), function, real, numba.int64, table, row, row, table, row, table, row, row, table)
-    signature = numba.void(*arguments, table, numba.float64[:, :, ::1])
-    return numba.njit(signature, error_model="numpy", nogil=True)(run_block)
-
-
-def _signature(numba: Any) -> Any:
-    row = numba.float64[::1]
-    return numba.void(row, row, row, row)
-
-
-def _numba() -> Any:
-    try:
-        import numba
-    except ImportError:
-        raise OptionalDependencyError("the comparison of controllers", "campaign") from None
-    return numba
+                runge_kutta(plant, period / steps, x, given, own, x_at, x_slope, x_sum)
+                stop_at_walls(lanes, x, parts)

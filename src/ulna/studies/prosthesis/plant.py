@@ -11,6 +11,7 @@ import sympy as sp
 
 from ulna.models.anthropometry import range_of_motion
 from ulna.models.arm import Friction
+from ulna.models.drive import BackDriven
 from ulna.models.driven_arm import arm_with_drive
 from ulna.models.presets import Preset
 from ulna.models.statics import hold, no_load_speed, require_liftable, torque_margin
@@ -21,6 +22,9 @@ FRICTION_SPEED = sp.Rational(1, 20)
 """rad/s over which the smooth Coulomb friction changes sign (choice)."""
 ENCODER_COUNTS = 16384
 """Codes a turn of the joint where the preset names none (choice: 14 bit)."""
+GEAR_SPEED = sp.Rational(1, 10)
+"""rad/s at which the joint's gravity moment makes the power over which the gear changes over to being driven back
+(choice)."""
 COMFORTABLE_SPEED = 2.0
 """rad/s that a motion asks for at most (choice)."""
 COMFORTABLE_ACCELERATION = 10.0
@@ -103,10 +107,16 @@ def bench_of(preset: Preset) -> Bench:
 def bench_plant(preset: Preset) -> System:
     """The arm with its drive, Coulomb friction (parameters T_c, w_c), and the inputs `load` and `push`.
 
+    The gear driven back has the preset's efficiency eta_b, or eta where it names none; P_b: see `BackDriven`.
     The load m2 + load sits at the end of the rod; a load taken up moves with the hand already. The push is a torque,
     positive downwards.
     """
-    arm = arm_with_drive(preset, friction=Friction(torque=sp.Integer(0), speed=FRICTION_SPEED))
+    named = {p.name for p in preset.parameters}
+    gear = BackDriven(
+        efficiency=preset.value("eta_b" if "eta_b" in named else "eta"),
+        power=sp.Rational(f"{hold(preset).torque:.4g}") * GEAR_SPEED,
+    )
+    arm = arm_with_drive(preset, friction=Friction(torque=sp.Integer(0), speed=FRICTION_SPEED), back_driven=gear)
     load, push = Signal(name="load", unit="kg", text="taken up"), Signal(name="push", unit="N*m", text="torque")
     m1, m2, b, ratio, rotor = (sp.Symbol(name, real=True) for name in ("m1", "m2", "b", "N", "Jm"))
     carried = {m2: m2 + load.symbol}
@@ -156,8 +166,8 @@ class Draws:
 def draws_of(bench: Bench, count: int, *, seed: int = 1) -> Draws:
     """The nominal plant and count − 1 random ones.
 
-    Load 0.5 to 1.5 of the preset's, resistance ±20 %, efficiency 0.85 to 1 of its value, Coulomb friction up to 5 % of
-    the nominal gravity moment; uniform and independent.
+    Load 0.5 to 1.5 of the preset's, resistance ±20 %, efficiency 0.85 to 1 of its value, driven back and driving,
+    Coulomb friction up to 5 % of the nominal gravity moment; uniform and independent.
     """
     names = [p.name for p in bench.plant.parameters]
     nominal = np.array([float(p.si_value or 0) for p in bench.plant.parameters])
@@ -166,7 +176,7 @@ def draws_of(bench: Bench, count: int, *, seed: int = 1) -> Draws:
     spread[0] = [0.5, 0.5, 1.0, 0.0]
     table[:, names.index("m2")] *= 0.5 + spread[:, 0]
     table[:, names.index("Ra")] *= 0.8 + 0.4 * spread[:, 1]
-    table[:, names.index("eta")] *= 0.85 + 0.15 * spread[:, 2]
+    table[:, [names.index("eta"), names.index("eta_b")]] *= 0.85 + 0.15 * spread[:, 2:3]
     table[:, names.index("T_c")] = 0.05 * bench.moment * spread[:, 3]
     return Draws(parameters=table, seed=seed)
 

@@ -5,20 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
+from ulna.base import OptionalDependencyError
 from ulna.studies.prosthesis.contender import CONTROL_INPUTS, Contender
 from ulna.studies.prosthesis.designs import gain_numbers
-from ulna.studies.prosthesis.loop import compiled_function, compiled_loop
+from ulna.studies.prosthesis.lanes import LANES, Block, block
 from ulna.studies.prosthesis.plant import Bench, Draws
 from ulna.studies.prosthesis.tasks import PERIOD, Task
-from ulna.symbolic.program.hoist import hoist
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.numpy import to_numpy
 from ulna.system import System
 
 NOISE = 0.3
@@ -47,25 +45,79 @@ def run_trial(
     Args:
         finer: so many times more steps of the plant than needed, to check the steps.
     """
-    plant, numbers = _compiled_plant(bench.plant)
-    control = compiled_control(contender.system)
+    plant = compiled_plant(bench.plant)
+    return run_on(bench, contender, chosen, task, draws, plant.function, plant.numbers(draws.parameters), finer=finer)
+
+
+def run_on(
+    bench: Bench,
+    contender: Contender,
+    chosen: Mapping[str, float],
+    task: Task,
+    draws: Draws,
+    plant: Any,
+    numbers: np.ndarray,
+    *,
+    finer: int = 1,
+) -> Runs:
+    """`run_trial` with the plants' rates as a function of `loop.run_blocks` and the (D, P) numbers that it wants."""
     starts, voltages = starts_at_rest(bench, task, draws)
-    record = np.empty((4, draws.count, task.count + 1))
-    compiled_loop(plant)(
+    return run_loop(
         plant,
-        control,
-        PERIOD,
+        numbers,
+        contender.system,
+        control_numbers(bench, contender, chosen),
+        first_memory(bench, contender, chosen, task),
         finer * plant_steps(bench),
         starts,
-        first_memory(bench, contender, chosen, task),
         voltages,
-        numbers(draws.parameters),
-        control_numbers(bench, contender, chosen),
+        task,
+        encoder_noise(bench.step, task.key, task.count, draws.count, draws.seed),
+        hardware_of(bench, draws),
+    )
+
+
+def run_loop(
+    plant: Any,
+    plant_numbers: np.ndarray,
+    controller: System,
+    values: np.ndarray,
+    memory: np.ndarray,
+    steps: int,
+    starts: np.ndarray,
+    voltages: np.ndarray,
+    task: Task,
+    noise: np.ndarray,
+    hardware: np.ndarray,
+) -> Runs:
+    """Any controller on D plants at a task.
+
+    Args:
+        plant: rates of a block; plant_numbers: (D, P) what they want.
+        controller: its inputs among `CONTROL_INPUTS`; values: (Q,) of its parameters, in order; memory: (m,) at first.
+        steps: of the plant a period. starts: (D, n) plant states; voltages: (D,) on the motor at first.
+        noise: (D, N) rad. hardware: (D, 11), see `loop.run_blocks`.
+    """
+    command, rates = compiled_control(controller)
+    record = np.empty((4, len(starts), task.count + 1))
+    _loop()(
+        plant,
+        command.function,
+        rates.function,
+        LANES,
+        PERIOD,
+        steps,
+        starts,
+        memory[None, :],
+        voltages[:, None],
+        plant_numbers,
+        command.numbers(values[None, :]),
+        rates.numbers(values[None, :]),
         np.ascontiguousarray(task.reference),
         task.load,
         task.push,
-        encoder_noise(bench, task, draws),
-        hardware_of(bench, draws),
+        noise,
+        hardware,
         record,
     )
     return Runs(angle=record[0], current=record[1], voltage=record[2], limited=record[3])
@@ -73,8 +125,8 @@ def run_trial(
 
 def prepare(bench: Bench, contender: Contender) -> None:
     """Compile what a trial needs, so that threads find it ready."""
-    plant, _ = _compiled_plant(bench.plant)
-    compiled_loop(plant)
+    _loop()
+    compiled_plant(bench.plant)
     compiled_control(contender.system)
 
 
@@ -93,17 +145,20 @@ def control_numbers(bench: Bench, contender: Contender, chosen: Mapping[str, flo
     return np.array([known[p.name] for p in contender.system.parameters])
 
 
-def encoder_noise(bench: Bench, task: Task, draws: Draws) -> np.ndarray:
-    """(D, N) noise in rad before the quantiser, the same for every controller."""
-    generator = np.random.default_rng([draws.seed, sum(map(ord, task.key))])
-    return NOISE * bench.step * generator.standard_normal((draws.count, task.count + 1))
+@lru_cache(maxsize=6)
+def encoder_noise(step: float, key: str, count: int, plants: int, seed: int) -> np.ndarray:
+    """(D, N) noise in rad before the quantiser of a task of this key, the same for every controller."""
+    generator = np.random.default_rng([seed, sum(map(ord, key))])
+    noise = NOISE * step * generator.standard_normal((plants, count + 1))
+    noise.flags.writeable = False
+    return noise
 
 
 def hardware_of(bench: Bench, draws: Draws) -> np.ndarray:
-    """(D, 9) the rows that the loop wants; see `run_block`. The amplifier measures current: it knows each winding."""
+    """(D, 11) the rows that the loop wants; see `run_blocks`. The amplifier measures current: it knows each winding."""
     ohms = draws.parameters[:, [p.name for p in bench.plant.parameters].index("Ra")]
     before = (bench.step, bench.voltage, bench.cell, bench.cell_resistance, bench.current)
-    after = (bench.value("N") * bench.value("kb"), *bench.walls)
+    after = (bench.value("N") * bench.value("kb"), *bench.walls, 1.0, 1.0)
     return np.array([[*before, each, *after] for each in ohms])
 
 
@@ -136,39 +191,41 @@ def first_memory(bench: Bench, contender: Contender, chosen: Mapping[str, float]
     return np.array([known.get(s.name, 0.0) for s in contender.system.states])
 
 
-def _compiled_plant(plant: System) -> tuple[Any, Callable[[np.ndarray], np.ndarray]]:
-    """The plant as a compiled function, and what makes its numbers, (D, H), of parameters (D, P).
-
-    Presets differ in numbers only, so that all of them share one function.
-    """
-    return _compiled_rates(plant.inline(plant.rates), plant.state_symbols, plant.input_symbols, plant.parameter_symbols)
+def compiled_plant(plant: System) -> Block:
+    """The plant's rates. Presets differ in numbers only, so that all of them share one function."""
+    rates = plant.inline(plant.rates)
+    return _rates_block("bench", rates, plant.state_symbols, plant.input_symbols, plant.parameter_symbols)
 
 
-@lru_cache(maxsize=8)
-def _compiled_rates(
+@lru_cache(maxsize=32)
+def compiled_control(system: System) -> tuple[Block, Block]:
+    """The controller's command, and the rates of its memory."""
+    inputs = tuple(sp.Symbol(name, real=True) for name in CONTROL_INPUTS)
+    symbols = system.state_symbols, inputs, system.parameter_symbols
+    command = block(system.name, *symbols, {"u": system.inline(system.readouts)[0]})
+    return command, _rates_block(system.name, system.inline(system.rates), *symbols)
+
+
+@lru_cache(maxsize=32)
+def _rates_block(
+    name: str,
     rates: tuple[sp.Expr, ...],
     states: tuple[sp.Symbol, ...],
     inputs: tuple[sp.Symbol, ...],
     parameters: tuple[sp.Symbol, ...],
-) -> tuple[Any, Callable[[np.ndarray], np.ndarray]]:
-    named = {f"rate{k}": e for k, e in enumerate(rates)}
-    names = [p.name for p in parameters]
-    parts = hoist(kernel("bench", [*states, *inputs, *parameters], named, held=parameters), names)
-    before = to_numpy(parts.before)
-    columns = [names.index(name) for name in parts.before.inputs]
-
-    def numbers(table: np.ndarray) -> np.ndarray:
-        rows = before(*table.T[columns])
-        return np.ascontiguousarray(np.stack([np.broadcast_to(row, len(table)) for row in rows], axis=1))
-
-    return compiled_function(parts.main, (len(states), len(inputs))), numbers
+) -> Block:
+    return block(name, states, inputs, parameters, {f"rate{k}": e for k, e in enumerate(rates)})
 
 
-@lru_cache(maxsize=32)
-def compiled_control(system: System) -> Any:
-    """The controller as a compiled function: out holds the rates of its memory, then the command."""
-    inputs = [sp.Symbol(name, real=True) for name in CONTROL_INPUTS]
-    symbols = [*system.state_symbols, *inputs, *system.parameter_symbols]
-    outputs = {f"rate{k}": e for k, e in enumerate(system.inline(system.rates))}
-    outputs["u"] = system.inline(system.readouts)[0]
-    return compiled_function(kernel(system.name, symbols, outputs), (len(system.states), len(inputs)))
+@cache
+def _loop() -> Callable[..., None]:
+    """`run_blocks`, compiled.
+
+    Raises:
+        OptionalDependencyError: without Numba.
+    """
+    try:
+        from ulna.studies.prosthesis.loop import run_blocks
+    except ImportError:
+        raise OptionalDependencyError("the comparison of controllers", "campaign") from None
+    return run_blocks

@@ -18,12 +18,13 @@ from ulna.models.presets import preset, presets
 from ulna.models.statics import hold
 from ulna.studies.prosthesis.contender import Contender
 from ulna.studies.prosthesis.field import TUNED_FILE, contenders
+from ulna.studies.prosthesis.lanes import LANES
 from ulna.studies.prosthesis.measures import measures
 from ulna.studies.prosthesis.plant import Bench, Draws, bench_of, draws_of
 from ulna.studies.prosthesis.tasks import Task, tasks_of
 from ulna.studies.prosthesis.trial import run_trial
 
-PLANTS = 4
+PLANTS = LANES
 PROBES = 16
 EVALUATIONS = 60
 SEED = 20
