@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ from ulna.campaign import (
     wilson,
     worst_cases,
 )
+from ulna.campaign.order_statistics import order_statistics
 from ulna.sim import simulate
 from ulna.system import system_from_mapping
 
@@ -50,7 +52,17 @@ def test_the_settled_fraction_is_that_of_the_runs_below_the_threshold() -> None:
     assert found.count <= safe.sum()
     assert found.value == pytest.approx(safe.mean(), abs=0.05)  # close to the threshold 6 s do not suffice
     assert found.low < found.value < found.high
-    assert "at 95% confidence" in str(found)
+    assert "at 95% confidence, Wilson" in str(found)
+    exact = settled_fraction(RUNS, interval=clopper_pearson)
+    assert exact.method == "Clopper–Pearson"
+    assert exact.low < found.low
+    assert found.high < exact.high
+
+
+def test_a_fraction_of_a_grid_claims_no_confidence() -> None:
+    found = settled_fraction(campaign(RUNAWAY, grid({"x": [-1.0, 0.5, 4.0]}), horizon=8.0))
+    assert (found.count, found.runs, found.drawn) == (2, 3, False)
+    assert str(found) == "66.67%"
 
 
 def test_wilson_limits_solve_the_equation_they_are_defined_by() -> None:
@@ -93,6 +105,33 @@ def test_quantiles_are_values_of_runs_and_may_be_infinite() -> None:
     assert table["peak_error_y"].attrs["units"] == ""
 
 
+@given(
+    st.lists(st.floats(allow_nan=True, width=64), min_size=1, max_size=60),
+    st.integers(1, 9),
+    st.lists(st.floats(0, 1), max_size=5),
+)
+def test_quantiles_of_blocks_are_numpys_of_the_whole(values: list[float], size: int, levels: list[float]) -> None:
+    whole = np.array(values)
+    found, counted = order_statistics(
+        lambda: ({"a": whole[k : k + size]} for k in range(0, len(whole), size)), ["a"], levels
+    )["a"]
+    numbers = whole[~np.isnan(whole)]
+    assert counted == len(numbers)
+    expected = np.quantile(numbers, levels, method="inverted_cdf") if counted else np.full(len(levels), np.nan)
+    assert np.array_equal(found, expected, equal_nan=True)
+
+
+def test_answers_do_not_depend_on_the_size_of_the_parts() -> None:
+    plan = Random(vary={"x": Uniform(low=-1, high=3), "c": Choice(values=(0.0, 1.0))}, runs=200)
+    parts = campaign(RUNAWAY, plan, horizon=6.0, part=17)
+    assert quantiles(parts).equals(quantiles(RUNS))
+    assert worst_cases(parts, "steady_error_y", count=60) == worst_cases(RUNS, "steady_error_y", count=60)
+    assert settled_fraction(parts) == settled_fraction(RUNS)
+    one, other = settled_map(parts, "x", "c"), settled_map(RUNS, "x", "c")
+    assert np.array_equal(one.fraction, other.fraction, equal_nan=True)
+    assert np.array_equal(one.x_edges, other.x_edges)
+
+
 def test_sobol_indices_of_a_sum_are_known() -> None:
     """Var(a) : Var(2 b) = 1 : 4, and nothing interacts; a + 2 b > 0 throughout."""
     vary = {"a": Uniform(low=1, high=2), "b": Uniform(low=1, high=2), "x": Uniform(low=1, high=2)}
@@ -103,6 +142,33 @@ def test_sobol_indices_of_a_sum_are_known() -> None:
     assert found.total == pytest.approx([0.2, 0.8, 0.0], abs=0.02)
     assert np.all(found.first_order_low <= found.first_order + 1e-9)
     assert np.all(found.first_order <= found.first_order_high + 1e-9)
+
+
+def test_sobol_indices_are_scipys_however_the_runs_are_cut() -> None:
+    from scipy.stats import sobol_indices
+
+    vary = {"x": Uniform(low=0.1, high=0.6), "c": Uniform(low=0.5, high=1.5)}
+    found = [
+        sensitivity(campaign(RUNAWAY, Saltelli(vary=vary, base=64), horizon=2.0, part=part), "final_x")
+        for part in (7, 64, 10_000)
+    ]
+    blocks = campaign(RUNAWAY, Saltelli(vary=vary, base=64), horizon=2.0)["final_x"].reshape(4, 1, 64)
+    truth = sobol_indices(func={"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}, n=64)
+    for one in found:
+        assert one.first_order == pytest.approx(np.ravel(truth.first_order), abs=1e-12)
+        assert one.total == pytest.approx(np.ravel(truth.total_order), abs=1e-12)
+        assert one.total_high == pytest.approx(found[0].total_high, abs=1e-12)
+
+
+def test_grouped_rows_give_the_limits_that_single_rows_give(monkeypatch) -> None:
+    vary = {"a": Uniform(low=1, high=2), "b": Uniform(low=1, high=2)}
+    result = campaign(FLAT, Saltelli(vary=vary, base=2048, seed=1), Measures(samples=2), horizon=1.0)
+    single = sensitivity(result, "peak_error_y", resamples=1000)
+    monkeypatch.setattr(sys.modules["ulna.campaign.sensitivity"], "GROUPS", 256)
+    grouped = sensitivity(result, "peak_error_y", resamples=1000)
+    assert grouped.first_order == pytest.approx(single.first_order, abs=1e-12)
+    width = single.total_high - single.total_low
+    assert grouped.total_high - grouped.total_low == pytest.approx(width, rel=0.25)
 
 
 def test_a_map_over_a_grid_has_a_cell_for_each_value() -> None:

@@ -25,6 +25,7 @@ from ulna.campaign import (
     distribution,
     grid,
 )
+from ulna.campaign.permutation import shuffled
 from ulna.campaign.plan import seeds
 
 VARY = {"a": Uniform(low=-1, high=2), "b": Normal(mean=5, std=2, low=1, high=9), "c": LogUniform(low=1, high=100)}
@@ -86,6 +87,43 @@ def test_a_latin_hypercube_meets_every_stratum_of_every_quantity_once() -> None:
         assert sorted((values * 500).astype(int)) == list(range(500))
 
 
+@given(count=st.integers(1, 300), seed=st.integers(0, 2**63 - 1), stream=st.integers(0, 50))
+def test_a_shuffle_holds_every_number_once(count: int, seed: int, stream: int) -> None:
+    assert sorted(shuffled(np.arange(count), count, seed=seed, stream=stream)) == list(range(count))
+
+
+def test_a_shuffle_is_fair_and_its_streams_are_independent() -> None:
+    """Over many seeds every number is as likely in every place; over many places columns do not follow each other."""
+    tables = np.array([shuffled(np.arange(6), 6, seed=seed, stream=1) for seed in range(6000)])
+    for place in range(6):
+        assert stats.chisquare(np.bincount(tables[:, place], minlength=6)).pvalue > 1e-4
+    runs = 20_000
+    columns = [shuffled(np.arange(runs), runs, seed=3, stream=k) for k in range(3)] + [np.arange(runs)]
+    assert np.abs(np.corrcoef(columns) - np.eye(4)).max() < 4 / math.sqrt(runs)
+    steps = np.diff(columns[0]) % runs  # neighbours land anywhere
+    assert stats.kstest(steps / runs, "uniform").pvalue > 1e-4
+
+
+def test_a_latin_hypercube_is_as_even_as_scipys_and_evener_than_chance() -> None:
+    def unevenness(values: dict[str, np.ndarray]) -> float:
+        return float(qmc.discrepancy(np.stack(list(values.values()), axis=1), method="CD"))
+
+    cube = {name: Uniform(low=0, high=1) for name in "abc"}
+    ours = [unevenness(LatinHypercube(vary=cube, runs=128, seed=s).values(0, 128)) for s in range(40)]
+    scipys = [unevenness(dict(enumerate(qmc.LatinHypercube(3, rng=s).random(128).T))) for s in range(40)]  # type: ignore[arg-type]
+    chance = [unevenness(Random(vary=cube, runs=128, seed=s).values(0, 128)) for s in range(40)]
+    assert stats.mannwhitneyu(ours, scipys).pvalue > 0.01
+    assert np.mean(ours) < 0.5 * np.mean(chance)
+
+
+@pytest.mark.parametrize("plan", [Random, LatinHypercube])
+def test_the_last_runs_of_a_trillion_are_found_without_those_before(plan: type) -> None:
+    """A table of all points would take 24 TB."""
+    runs = 10**12
+    values = plan(vary=VARY, runs=runs).values(runs - 3, runs)
+    assert all(len(set(column)) == 3 for column in values.values())
+
+
 def test_sobol_points_are_scipys() -> None:
     plan = Sobol(vary={"a": Uniform(low=0, high=1), "b": Uniform(low=0, high=1)}, runs=64, seed=5)
     expected = qmc.Sobol(2, rng=np.random.default_rng(5)).random_base2(6)
@@ -132,6 +170,8 @@ def test_quantile_functions_invert_scipys_distribution_functions(p: float) -> No
         (lambda: Random(vary=VARY, runs=0), "at least one"),
         (lambda: LatinHypercube(vary=VARY, runs=-5), "at least one"),
         (lambda: Sobol(vary={}, runs=5), "nothing is varied"),
+        (lambda: Random(vary=VARY, runs=2**41), "at most 2"),
+        (lambda: Sobol(vary=VARY, runs=2**31), "asked for, there are 1073741824"),
         (lambda: Saltelli(vary=VARY, base=100), "power of two"),
         (lambda: Random(vary={"a": 3.0}, runs=5), "a float is none"),
         (lambda: Random(vary={"a": stats.poisson(3)}, runs=5), "is none"),

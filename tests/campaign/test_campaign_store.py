@@ -19,7 +19,8 @@ import pytest
 from campaign_loops import SPRING
 
 from ulna.campaign import CampaignError, CampaignResult, Local, Measures, Random, Uniform, campaign, open_campaign
-from ulna.campaign.store import MANIFEST, PARTS, Folder
+from ulna.campaign.store import MANIFEST, PARTS, locked
+from ulna.sim import Continuous
 
 PLAN = Random(vary={"x": Uniform(low=-1, high=1), "k": Uniform(low=1, high=9)}, runs=100, seed=5)
 MEASURES = Measures(outputs=("y",), effort=("u",), samples=50)
@@ -43,6 +44,9 @@ class Leaving:
 
     parts_before: int
     asked: list
+
+    def part_size(self, runs: int) -> int:
+        return runs
 
     def parts(self, settings, versions, spans: Iterable) -> Iterator:
         spans = list(spans)
@@ -83,17 +87,28 @@ def test_a_finished_campaign_computes_nothing(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("other", "what"),
     [
-        ({"plan": Random(vary=PLAN.vary, runs=101, seed=5)}, "plan"),
-        ({"plan": Random(vary=PLAN.vary, runs=100, seed=6)}, "plan"),
+        ({"plan": Random(vary=PLAN.vary, runs=101, seed=5)}, r"plan\.runs \(100, not 101\)"),
+        ({"plan": Random(vary=PLAN.vary, runs=100, seed=6)}, r"plan\.seed \(5, not 6\)"),
+        ({"plan": Random(vary={**PLAN.vary, "k": Uniform(low=1, high=8)}, runs=100, seed=5)}, r"plan\.vary"),
         ({"parameters": {"d": 1.0}}, "parameters"),
+        ({"time": Continuous(tolerance=1e-6)}, r"time\.tolerance"),
     ],
 )
 def test_a_folder_with_another_campaign_is_refused_and_stays(tmp_path, other: dict, what: str) -> None:
     run(tmp_path / "a")
     before = files(tmp_path / "a")
-    with pytest.raises(CampaignError, match=rf"holds another campaign \(other {what}\)"):
+    with pytest.raises(CampaignError, match=rf"holds another campaign; other there: {what}"):
         run(tmp_path / "a", **other)
     assert files(tmp_path / "a") == before
+
+
+def test_a_campaign_of_which_no_part_is_done_gives_way_to_another(tmp_path) -> None:
+    """A first try that failed for its scheduler or for room must not block the folder."""
+    with pytest.raises(KeyboardInterrupt):
+        run(tmp_path / "a", crew=Leaving(0, []))
+    other = Random(vary=PLAN.vary, runs=30, seed=6)
+    assert same(run(tmp_path / "a", plan=other), run(None, plan=other))
+    assert open_campaign(tmp_path / "a").runs == 30
 
 
 def test_a_folder_that_is_no_campaign_is_refused_and_stays(tmp_path) -> None:
@@ -168,9 +183,7 @@ def test_a_folder_that_cannot_be_made_is_one_clear_error(tmp_path) -> None:
 
 def test_a_second_process_on_the_same_folder_is_refused(tmp_path) -> None:
     run(tmp_path / "a")
-    folder = open_campaign(tmp_path / "a").store
-    assert isinstance(folder, Folder)
-    with folder.locked(), pytest.raises(CampaignError, match="another process is at work"):
+    with locked(tmp_path / "a"), pytest.raises(CampaignError, match="another process is at work"):
         run(tmp_path / "a")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import pytest
@@ -58,7 +59,7 @@ def test_a_sweep_answers_draws_goes_on_and_is_replayed(plant: str, tmp_path: Pat
     assert "identical with the stored run, bit for bit" in shown.output
     other = ulna(*[entry if entry != "40" else "41" for entry in command])
     assert other.exit_code == 2
-    assert "holds another campaign (other plan)" in other.stderr
+    assert "holds another campaign; other there: plan.runs (40, not 41)" in other.stderr
 
 
 def test_a_sampled_sweep_over_a_grid_is_printed_for_people(plant: str, tmp_path: Path) -> None:
@@ -67,8 +68,9 @@ def test_a_sampled_sweep_over_a_grid_is_printed_for_people(plant: str, tmp_path:
         *["--out", str(tmp_path / "runs"), "--period", "0.01", "--limit", "5", "--time", "6"],
     )
     assert done.exit_code == 0, done.output
-    assert "6 runs, settled:" in done.output
+    assert "6 runs of 'mass' over m, x" in done.output
     assert "outcomes: 6 finished" in done.output
+    assert "confidence" not in done.output  # a grid draws nothing by chance
 
 
 def test_sobol_indices_are_printed(plant: str, tmp_path: Path) -> None:
@@ -77,7 +79,33 @@ def test_sobol_indices_are_printed(plant: str, tmp_path: Path) -> None:
         *["--sampling", "indices", "--out", str(tmp_path / "runs")],
     )
     assert done.exit_code == 0, done.output
-    assert "peak_error_x depends on" in done.output.replace("\n", " ")
+    assert "peak_error_x depends on" in done.output
+    assert "(95% limits)" in done.output
+
+
+def test_where_there_are_no_sobol_indices_the_reason_is_said_and_the_rest_answered(tmp_path: Path) -> None:
+    plant = tmp_path / "runaway.toml"
+    plant.write_text('name = "runaway"\n[states]\nx = "-x + x^2"\n[outputs]\ny = "x"\n')
+    command = ["sweep", str(plant), "--vary", "x=uniform(0.5,3)", "--runs", "8", "--sampling", "indices"]
+    done = ulna(*command, "--out", str(tmp_path / "runs"), "--worst-by", "settling_time_y")
+    assert done.exit_code == 0, done.output
+    assert "no Sobol indices of settling_time_y: it is not a finite number in" in done.output
+    assert "blew up" in done.output
+
+
+@pytest.mark.parametrize("folder", ["runs", "my runs"])
+def test_the_command_for_the_worst_run_can_be_copied(plant: str, tmp_path: Path, monkeypatch, folder: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    command = ["sweep", plant, *POLES, "--vary", "x=uniform(-1,1)", "--vary", "m=uniform(0.9,1.1)", "--runs", "9"]
+    done = ulna(*command, "--out", folder, "--worst-by", "peak_u", "--map", "m,x", "--plot", "figures")
+    assert done.exit_code == 0, done.output
+    line = done.output.splitlines()[-1].removeprefix("the worst run again: ulna ")
+    again = ulna(*shlex.split(line), "--json")
+    assert again.exit_code == 0, again.output
+    stored = json.loads(again.stdout)["stored"]["peak_u"]
+    from ulna.campaign import open_campaign
+
+    assert stored == open_campaign(folder)["peak_u"].max()
 
 
 @pytest.mark.parametrize(
@@ -98,6 +126,11 @@ def test_sobol_indices_are_printed(plant: str, tmp_path: Path) -> None:
         (["--vary", "m=uniform(1,2)", "--limit", "3"], "Give --period"),
         (["--vary", "m=uniform(1,2)", "--initial", "1"], "1 numbers, 2 states"),
         (["--vary", "m=uniform(1,2)", "--scheduler", "tcp://127.0.0.1:1"], "nothing answers there"),
+        (["--vary", "m=uniform(1,2)", "--scheduler", "nowhere"], "this is no address"),
+        (["--vary", "m=steps(1,2,1e9)"], "no number of steps from 1 to 100000"),
+        (["--vary", "m=uniform(1,2)", "--part", "0"], "at least one run"),
+        (["--vary", "m=uniform(1,2)", "--map", "m,x"], "two of the varied quantities are needed; varied: m"),
+        (["--vary", "m=uniform(1,2)", "--runs", "5", "--worst-by", "peak_y"], "no such figure"),
     ],
 )
 def test_a_users_mistake_is_one_clear_error(plant: str, tmp_path: Path, arguments: list[str], reason: str) -> None:

@@ -20,15 +20,12 @@ from ulna.campaign.part import experiment_of, versions
 from ulna.campaign.result import CampaignResult
 from ulna.campaign.runs import columns
 from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
-from ulna.campaign.store import Folder, Manifest, Memory, begin_folder
+from ulna.campaign.store import Folder, Manifest, Memory, claimed
 from ulna.sim import Continuous
 from ulna.sim.sampled import Sampled
 from ulna.system import System
 
 CONTINUOUS = Continuous()
-
-PART = 10_000
-"""Runs of a part, unless asked otherwise: seconds of work, a megabyte of results."""
 
 
 @runtime_checkable
@@ -77,7 +74,7 @@ def campaign(
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, float] | None = None,
     store: str | os.PathLike[str] | None = None,
-    part: int = PART,
+    part: int | None = None,
     crew: Crew | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> CampaignResult:
@@ -96,7 +93,7 @@ def campaign(
         parameters: SI values in place of the loop's own.
         inputs: constant inputs in SI, set points among them; others are 0.
         store: folder for the results; without one they are kept in memory.
-        part: runs that are computed, stored and, after an interruption, repeated together.
+        part: runs that are computed, stored and, after an interruption, repeated together; by default the crew knows.
         crew: who computes: `Local()` or `Cluster(address=...)`.
         progress: is told after every part.
 
@@ -108,7 +105,7 @@ def campaign(
     Example:
         >>> campaign(loop, Random(vary={"m2": Uniform(low=0, high=5)}, runs=10_000), horizon=5)  # doctest: +SKIP
     """
-    if part < 1:
+    if part is not None and part < 1:
         raise CampaignError(f"campaign(part={part})", "a part has at least one run.")
     system = loop.system if isinstance(loop, Loop) else loop
     experiment = Experiment(
@@ -121,19 +118,19 @@ def campaign(
         inputs=dict(inputs or {}),
         measures=measures or _measures(loop),
     )
-    manifest = Manifest(settings=to_text(experiment), versions=versions(), runs=plan.count, size=part)
+    crew = crew or Local()
+    size = part or crew.part_size(plan.count)
+    manifest = Manifest(settings=to_text(experiment), versions=versions(), runs=plan.count, size=size)
     # From here on the text alone counts: it is what workers and a later replay read.
     experiment = experiment_of(manifest.settings)
     if store is None:
         memory = Memory(manifest)
-        _work(memory, crew or Local(), progress)
+        _work(memory, crew, progress)
         return CampaignResult(store=memory)
-    folder = begin_folder(Path(store), manifest)
-    with folder.locked():
-        folder.scan()
+    with claimed(Path(store), manifest) as folder:
         folder.drop_damaged()
         _check_room(folder, experiment)
-        _work(folder, crew or Local(), progress)
+        _work(folder, crew, progress)
     return CampaignResult(store=folder)
 
 

@@ -13,10 +13,17 @@ from ulna.campaign.errors import CampaignError
 from ulna.campaign.part import computed_part
 from ulna.campaign.store import Span
 
+PART = 10_000
+"""Runs of a part at most, unless asked otherwise: seconds of work, a megabyte of results."""
+
 
 @runtime_checkable
 class Crew(Protocol):
     """Computes parts in any order, few at a time."""
+
+    def part_size(self, runs: int) -> int:
+        """How many runs of so many are best computed and stored together."""
+        ...
 
     def parts(self, settings: str, versions: Mapping[str, str], spans: Iterable[Span]) -> Iterator[tuple[Span, bytes]]:
         """Each part with its bytes, as they come."""
@@ -39,6 +46,10 @@ class Local:
     def __post_init__(self) -> None:
         if self.threads is not None and self.threads < 1:
             raise CampaignError(f"Local(threads={self.threads})", "at least one is needed.")
+
+    def part_size(self, runs: int) -> int:
+        """All threads work on one part."""
+        return min(runs, PART)
 
     def parts(self, settings: str, versions: Mapping[str, str], spans: Iterable[Span]) -> Iterator[tuple[Span, bytes]]:
         """Each part with its bytes. One part is being computed while the one before is written."""
@@ -82,6 +93,10 @@ class Cluster:
             raise CampaignError("Cluster()", "it needs either address= or client=.")
         if not self.timeout > 0:
             raise CampaignError(f"Cluster(timeout={self.timeout})", "it must be positive.")
+
+    def part_size(self, runs: int) -> int:
+        """Parts for many workers, each still worth the trip."""
+        return min(PART, max(-(-runs // 64), 250))
 
     def parts(self, settings: str, versions: Mapping[str, str], spans: Iterable[Span]) -> Iterator[tuple[Span, bytes]]:
         """Each part with its bytes.

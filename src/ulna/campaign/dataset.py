@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from ulna.campaign.measures import Column
 from ulna.campaign.result import CampaignResult
+from ulna.campaign.store import Manifest
 
 
 class StoredColumn(BackendArray):
@@ -43,13 +46,21 @@ class StoredColumn(BackendArray):
 
 
 def dataset(result: CampaignResult) -> xr.Dataset:
-    """The dataset of a campaign; settings and versions are attributes."""
+    """The dataset of a campaign; settings and versions are attributes.
+
+    Nothing is read before it is used; `.chunk(run=100_000)` makes Dask arrays of it, for more than fits into memory.
+    """
     variables: dict[str, Any] = {}
-    coordinates: dict[str, Any] = {"run": np.arange(result.runs)}
+    # Of a range pandas keeps the limits only.
+    coordinates: dict[str, Any] = {"run": pd.RangeIndex(result.runs)}
     for column in result.columns:
         values = indexing.LazilyIndexedArray(StoredColumn(result, column))
         attributes = {"units": column.unit, "long_name": column.text}
-        (coordinates if column.varied else variables)[column.name] = xr.Variable(("run",), values, attributes)
-    manifest = result.store.manifest
-    attributes = {"settings": manifest.settings, "versions": str(dict(manifest.versions))}
-    return xr.Dataset(variables, coords=coordinates, attrs=attributes)
+        where = coordinates if column.varied else variables
+        where[column.name] = xr.Variable(("run",), values, attributes)
+    return xr.Dataset(variables, coords=coordinates, attrs=described(result.store.manifest))
+
+
+def described(manifest: Manifest) -> dict[str, str]:
+    """All that is needed to repeat a campaign, as texts."""
+    return {"settings": manifest.settings, "versions": json.dumps(dict(manifest.versions))}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
@@ -10,6 +11,8 @@ from itertools import islice
 from typing import Any
 
 from distributed import Client, Future, wait
+from distributed.comm.addressing import parse_address, parse_host_port
+from distributed.comm.registry import get_backend
 from distributed.scheduler import KilledWorker
 
 from ulna.campaign.errors import CampaignError
@@ -33,18 +36,35 @@ def connected(client: Any, address: str | None, timeout: float) -> Iterator[Clie
     if client is not None:
         yield client
         return
+    hint = "Give an address such as tcp://10.0.0.1:8786, as `dask scheduler` prints it."
+    _check_address(address or "", hint)
+    # What goes wrong is said once, as an error.
+    log = logging.getLogger("distributed.client")
+    before = log.level
+    log.setLevel(logging.CRITICAL)
     try:
-        opened = Client(address, timeout=timeout, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise CampaignError(
-            f"the Dask scheduler '{address}'",
-            f"nothing answers there within {timeout:g} s ({type(error).__name__}).",
-            "Give an address such as tcp://10.0.0.1:8786, as `dask scheduler` prints it.",
-        ) from None
-    try:
-        yield opened
+        try:
+            opened = Client(address, timeout=timeout, set_as_default=False)
+        except (OSError, ValueError) as error:
+            found = f"nothing answers there within {timeout:g} s ({type(error).__name__})."
+            raise CampaignError(f"the Dask scheduler '{address}'", found, hint) from None
+        try:
+            yield opened
+        finally:
+            opened.close()
     finally:
-        opened.close()
+        log.setLevel(before)
+
+
+def _check_address(address: str, hint: str) -> None:
+    """Refuse what is no address before a client is made of it, which would try to close what never opened."""
+    try:
+        scheme, place = parse_address(address)
+        get_backend(scheme)
+        if scheme in ("tcp", "tls"):
+            parse_host_port(place)
+    except ValueError as error:
+        raise CampaignError(f"the Dask scheduler '{address}'", f"this is no address ({error}).", hint) from None
 
 
 def dask_parts(

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
+from ulna.campaign.grid import Grid
 from ulna.campaign.result import CampaignResult
+from ulna.campaign.sampling import Saltelli
 
 Interval = Callable[[int, int, float], tuple[float, float]]
 """(successes, trials, confidence) → limits of a proportion."""
@@ -20,8 +22,9 @@ class Fraction:
 
     Attributes:
         count, runs: for how many of how many. value: count / runs.
-        low, high: limits of the chance of it at the given confidence, as far as the plan draws runs by chance: for a
-            grid they mean nothing, for a Latin hypercube or Sobol points they are wider than need be.
+        low, high: limits of the chance of it at the given confidence, by the interval named `method`.
+        drawn: whether the plan draws its runs by chance, one by one. Of a grid, or of the runs for Sobol indices, the
+            limits mean nothing; of a Latin hypercube or of Sobol points they are wider than need be.
     """
 
     count: int
@@ -29,6 +32,8 @@ class Fraction:
     low: float
     high: float
     confidence: float
+    method: str
+    drawn: bool
 
     @property
     def value(self) -> float:
@@ -36,7 +41,11 @@ class Fraction:
         return self.count / self.runs
 
     def __str__(self) -> str:
-        return f"{self.value:.2%} ({self.low:.2%} to {self.high:.2%} at {self.confidence:.0%} confidence)"
+        if not self.drawn:
+            return f"{self.value:.2%}"
+        return (
+            f"{self.value:.2%} ({self.low:.2%} to {self.high:.2%} at {self.confidence:.0%} confidence, {self.method})"
+        )
 
 
 def wilson(successes: int, trials: int, confidence: float) -> tuple[float, float]:
@@ -63,6 +72,14 @@ def settled_fraction(result: CampaignResult, *, confidence: float = 0.95, interv
     """
     if not 0 < confidence < 1:
         raise CampaignError(f"settled_fraction(confidence={confidence})", "it lies between 0 and 1.", "0.95 is usual.")
-    count = int(np.count_nonzero(result["settled"]))
+    count = sum(int(np.count_nonzero(block["settled"])) for block in result.blocks(["settled"]))
     low, high = interval(count, result.runs, confidence)
-    return Fraction(count=count, runs=result.runs, low=low, high=high, confidence=confidence)
+    return Fraction(
+        count=count,
+        runs=result.runs,
+        low=low,
+        high=high,
+        confidence=confidence,
+        method=interval.__name__.replace("_", " ").title().replace(" ", "–"),
+        drawn=not isinstance(result.experiment.plan, Grid | Saltelli),
+    )

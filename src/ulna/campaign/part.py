@@ -8,7 +8,7 @@ import io
 import json
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -104,13 +104,13 @@ def packed(layout: tuple[Column, ...], values: Mapping[str, np.ndarray], first: 
     return buffer.getvalue()
 
 
-def unpacked(data: bytes, label_of_column: str) -> np.ndarray:
-    """One column of such a file, in the machine's own byte order."""
+def unpacked(data: bytes, labels: Iterable[str]) -> list[np.ndarray]:
+    """Columns of such a file, in the machine's own byte order."""
     from scipy.io import netcdf_file
 
     with netcdf_file(io.BytesIO(data), "r", mmap=False) as file:
-        values = file.variables[label_of_column].data
-        return values.astype(values.dtype.newbyteorder("="))
+        found = [file.variables[label].data for label in labels]
+        return [values.astype(values.dtype.newbyteorder("=")) for values in found]
 
 
 def label(column: Column, place: int) -> str:

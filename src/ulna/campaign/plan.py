@@ -9,6 +9,7 @@ import numpy as np
 
 from ulna.campaign.distributions import Distribution, distribution
 from ulna.campaign.errors import CampaignError
+from ulna.campaign.permutation import mixed
 
 MOST_RUNS = 2**40
 """More runs than any plan may have: a slip of the finger, not a campaign."""
@@ -50,10 +51,8 @@ def seeds(plan: Plan, first: int, last: int) -> np.ndarray:
     """
     runs = np.arange(first + 1, last + 1, dtype=np.uint64)
     with np.errstate(over="ignore"):
-        z = np.uint64(plan.seed) * np.uint64(0xD1342543DE82EF95) + runs * np.uint64(0x9E3779B97F4A7C15)
-        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return z ^ (z >> np.uint64(31))
+        places = np.uint64(plan.seed) * np.uint64(0xD1342543DE82EF95) + runs * np.uint64(0x9E3779B97F4A7C15)
+    return mixed(places)
 
 
 def checked_vary(what: str, given: Mapping[str, Any]) -> tuple[tuple[str, Distribution], ...]:
@@ -68,13 +67,15 @@ def checked_vary(what: str, given: Mapping[str, Any]) -> tuple[tuple[str, Distri
 
 
 def check_count(what: str, count: int) -> None:
-    """Refuse counts that are not at least one.
+    """Refuse counts that are not at least one, or beyond all reason.
 
     Raises:
         CampaignError: for such a count.
     """
     if not 1 <= count <= MOST_RUNS:
-        raise CampaignError(f"{what} of {count} runs", "the number of runs must be at least one.")
+        raise CampaignError(
+            f"{what} of {count} runs", f"the number of runs must be at least one and at most 2^40 = {MOST_RUNS}."
+        )
 
 
 def check_seed(what: str, seed: int) -> None:

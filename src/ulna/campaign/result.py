@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.experiment import Experiment
 from ulna.campaign.measures import Column
+from ulna.campaign.netcdf_writer import MOST_ROWS, NetcdfColumn, write_netcdf
 from ulna.campaign.part import experiment_of, label, unpacked
 from ulna.campaign.runs import columns
 from ulna.campaign.store import Folder, Memory, open_folder
@@ -64,14 +67,18 @@ class CampaignResult:
         Raises:
             CampaignError: as `[]`.
         """
-        place, column = self._column(name)
-        found = np.empty(max(0, last - first), dtype=np.int8 if column.whole else float)
-        size = self.store.manifest.size
-        for begin, end in self.store.manifest.spans[first // size : -(-last // size) if last > first else 0]:
-            values = unpacked(self.store.get((begin, end)), label(column, place))
-            low, high = max(first, begin), min(last, end)
-            found[low - first : high - first] = values[low - begin : high - begin]
-        return found
+        return self._filled([name], first, last)[0]
+
+    def blocks(self, names: Sequence[str]) -> Iterator[dict[str, np.ndarray]]:
+        """The named columns part by part, in the order of the runs: memory for one part, however many runs there are.
+
+        Raises:
+            CampaignError: as `[]`.
+        """
+        places = [self._column(name)[0] for name in names]
+        labels = [label(self.columns[place], place) for place in places]
+        for span in self.store.manifest.spans:
+            yield dict(zip(names, unpacked(self.store.get(span), labels), strict=True))
 
     def run(self, number: int) -> dict[str, float]:
         """All columns of one run.
@@ -81,7 +88,21 @@ class CampaignResult:
         """
         if not 0 <= number < self.runs:
             raise CampaignError(f"run {number}", f"the campaign has the runs 0 to {self.runs - 1}.")
-        return {column.name: float(self.read(column.name, number, number + 1)[0]) for column in self.columns}
+        names = [column.name for column in self.columns]
+        found = self._filled(names, number, number + 1)
+        return {name: float(values[0]) for name, values in zip(names, found, strict=True)}
+
+    def _filled(self, names: Sequence[str], first: int, last: int) -> list[np.ndarray]:
+        """The columns for the runs first ≤ k < last; each part is read once."""
+        layout = [self._column(name) for name in names]
+        labels = [label(column, place) for place, column in layout]
+        found = [np.empty(max(0, last - first), np.int8 if column.whole else float) for _, column in layout]
+        size = self.store.manifest.size
+        for begin, end in self.store.manifest.spans[first // size : -(-last // size) if last > first else 0]:
+            low, high = max(first, begin), min(last, end)
+            for into, values in zip(found, unpacked(self.store.get((begin, end)), labels), strict=True):
+                into[low - first : high - first] = values[low - begin : high - begin]
+        return found
 
     def to_xarray(self) -> Any:
         """An `xarray.Dataset` over `run`, what varied as coordinates, units as attributes; values load when used."""
@@ -105,37 +126,44 @@ class CampaignResult:
         """
         import pandas as pd
 
-        target = Path(path)
-        beside = target.with_name(f".{target.name}.{os.getpid()}.part")
-        try:
-            with beside.open("w", encoding="utf-8") as file:
-                for first, last in self.store.manifest.spans:
-                    rows = {c.name: self.read(c.name, first, last) for c in self.columns}
-                    index = pd.RangeIndex(first, last, name="run")
-                    pd.DataFrame(rows, index=index).to_csv(file, header=first == 0)
-            beside.replace(target)
-        except OSError as error:
-            raise _unwritable(target, error) from error
-        finally:
-            beside.unlink(missing_ok=True)
-        return target
+        with _written(Path(path)) as file:
+            first = 0
+            for rows in self.blocks([c.name for c in self.columns]):
+                frame = pd.DataFrame(rows)
+                frame.index = pd.RangeIndex(first, first + len(frame), name="run")
+                file.write(frame.to_csv(header=first == 0).encode())
+                first += len(frame)
+        return Path(path)
 
     def to_netcdf(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything into one netCDF file (version 3, readable everywhere).
+        """Write everything into one netCDF file (version 3, readable everywhere), part by part.
 
         Raises:
-            CampaignError: a place that cannot be written.
+            CampaignError: a place that cannot be written, or more runs than such a file can hold.
         """
-        target = Path(path)
-        beside = target.with_name(f".{target.name}.{os.getpid()}.part")
-        try:
-            self.to_xarray().to_netcdf(beside, engine="scipy")
-            beside.replace(target)
-        except OSError as error:
-            raise _unwritable(target, error) from error
-        finally:
-            beside.unlink(missing_ok=True)
-        return target
+        from ulna.campaign.dataset import described
+
+        if self.runs > MOST_ROWS:
+            raise CampaignError(f"the file '{path}'", f"a netCDF file holds {MOST_ROWS} runs, these are {self.runs}.")
+        varied = [label(c, k) for k, c in enumerate(self.columns) if c.varied]
+        shown = [NetcdfColumn(name="run", dtype=">i4")]
+        for place, column in enumerate(self.columns):
+            attributes = {"units": column.unit, "long_name": column.text}
+            if not column.varied:
+                # As xarray writes coordinates, so that it finds them again.
+                attributes["coordinates"] = " ".join(varied)
+            shown.append(NetcdfColumn(name=label(column, place), dtype=column.dtype, attributes=attributes))
+
+        def blocks() -> Iterator[list[np.ndarray]]:
+            first = 0
+            for block in self.blocks([c.name for c in self.columns]):
+                values = list(block.values())
+                yield [np.arange(first, first + len(values[0])), *values]
+                first += len(values[0])
+
+        with _written(Path(path)) as file:
+            write_netcdf(file, "run", self.runs, shown, described(self.store.manifest), blocks())
+        return Path(path)
 
     def _column(self, name: str) -> tuple[int, Column]:
         for place, column in enumerate(self.columns):
@@ -165,6 +193,22 @@ def open_campaign(path: str | os.PathLike[str]) -> CampaignResult:
     return CampaignResult(store=folder)
 
 
-def _unwritable(target: Path, error: OSError) -> CampaignError:
-    reason = (error.strerror or str(error)).lower()
-    return CampaignError(f"the file '{target}'", f"it cannot be written: {reason}.", "Choose another place.")
+@contextmanager
+def _written(target: Path) -> Iterator[BinaryIO]:
+    """A file that is there whole at the end, or not at all.
+
+    Raises:
+        CampaignError: a place that cannot be written.
+    """
+    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        with beside.open("wb") as file:
+            yield file
+        beside.replace(target)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise CampaignError(
+            f"the file '{target}'", f"it cannot be written: {reason}.", "Choose another place."
+        ) from error
+    finally:
+        beside.unlink(missing_ok=True)

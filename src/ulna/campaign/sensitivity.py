@@ -7,8 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
+from ulna.campaign.plan import seeds
 from ulna.campaign.result import CampaignResult
 from ulna.campaign.sampling import Saltelli
+
+GROUPS = 4096
+"""Groups of rows that the bootstrap draws from, at most."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,13 +38,15 @@ class Sensitivity:
 
 
 def sensitivity(result: CampaignResult, figure: str, *, confidence: float = 0.95, resamples: int = 500) -> Sensitivity:
-    """Sobol indices of a figure from the runs of a `Saltelli` plan, by SciPy's estimators.
+    """Sobol indices of a figure from the runs of a `Saltelli` plan, with limits by bootstrap over its rows.
+
+    The estimators are those of `scipy.stats.sobol_indices`; memory does not grow with the number of runs.
 
     Raises:
         CampaignError: another plan, a figure that is not finite in all runs, or is the same in all.
 
     Reference:
-        A. Saltelli et al., Computer Physics Communications 181 (2010) 259–270.
+        A. Saltelli et al., Computer Physics Communications 181 (2010) 259–270, Table 2, (b) and (f).
     """
     plan = result.experiment.plan
     if not isinstance(plan, Saltelli):
@@ -53,22 +59,12 @@ def sensitivity(result: CampaignResult, figure: str, *, confidence: float = 0.95
         raise CampaignError(
             f"sensitivity(confidence={confidence}, resamples={resamples})", "a confidence lies between 0 and 1."
         )
-    values = result[figure].astype(float)
-    bad = int(np.count_nonzero(~np.isfinite(values)))
-    if bad:
-        raise CampaignError(
-            f"sensitivity of '{figure}'",
-            f"it is not a finite number in {bad} of {result.runs} runs.",
-            "Vary less, or take a figure that every run has: 'settled', a peak error.",
-        )
-    if values.min() == values.max():
-        raise CampaignError(f"sensitivity of '{figure}'", f"it is {values[0]:g} in every run: nothing to share out.")
-    blocks = values.reshape(len(plan.vary) + 2, plan.base)
-    first, total = _indices(blocks)
-    # Whole rows are drawn anew: a point of A belongs to its point of B. SciPy's own bootstrap divides 0 by 0 for a
-    # quantity without any influence.
+    mean = _checked_mean(result, figure)
+    groups = _group_sums(result, figure, plan, mean)
+    first, total = _indices(groups.sum(axis=0))
+    # Whole rows are drawn anew: a point of A belongs to its point of B.
     random = np.random.default_rng(plan.seed)
-    again = [_indices(blocks[:, random.integers(plan.base, size=plan.base)]) for _ in range(resamples)]
+    again = [_indices(groups[random.integers(len(groups), size=len(groups))].sum(axis=0)) for _ in range(resamples)]
     tails = (0.5 - confidence / 2, 0.5 + confidence / 2)
     first_low, first_high = np.quantile([found for found, _ in again], tails, axis=0)
     total_low, total_high = np.quantile([found for _, found in again], tails, axis=0)
@@ -85,12 +81,56 @@ def sensitivity(result: CampaignResult, figure: str, *, confidence: float = 0.95
     )
 
 
-def _indices(blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First-order and total indices from the figure's values, a row for each block of the plan."""
-    from scipy.stats import sobol_indices
+def _checked_mean(result: CampaignResult, figure: str) -> float:
+    low, high, total, bad = np.inf, -np.inf, 0.0, 0
+    for block in result.blocks([figure]):
+        values = block[figure].astype(float)
+        finite = np.isfinite(values)
+        bad += int(np.count_nonzero(~finite))
+        values = np.where(finite, values, 0.0)
+        low, high, total = min(low, values.min()), max(high, values.max()), total + values.sum()
+    if bad:
+        raise CampaignError(
+            f"sensitivity of '{figure}'",
+            f"it is not a finite number in {bad} of {result.runs} runs.",
+            "Vary less, or take a figure that every run has: 'settled', a peak error.",
+        )
+    if low == high:
+        raise CampaignError(f"sensitivity of '{figure}'", f"it is {low:g} in every run: nothing to share out.")
+    return total / result.runs
 
-    rows = blocks[:, None, :]
-    if np.ptp(rows[:2]) == 0.0:
-        return np.zeros(len(rows) - 2), np.zeros(len(rows) - 2)
-    found = sobol_indices(func={"f_A": rows[0], "f_B": rows[1], "f_AB": rows[2:]}, n=rows.shape[-1])
-    return np.ravel(found.first_order), np.ravel(found.total_order)
+
+def _group_sums(result: CampaignResult, figure: str, plan: Saltelli, mean: float) -> np.ndarray:
+    """(groups, 3 + 3 d) sums over groups of rows; the rows of a group are drawn anew together.
+
+    A row is its own group as long as there are not too many; beyond that rows fall into groups by chance. The sums are
+    of 1, of A and B, of their squares, then for each quantity of AB − A, of B (AB − A) and of (AB − A)². All but the
+    differences are taken from the mean, for less rounding.
+    """
+    quantities = len(plan.vary)
+    sums = np.zeros((min(plan.base, GROUPS), 3 + 3 * quantities))
+    size = result.store.manifest.size
+    for first in range(0, plan.base, size):
+        last = min(first + size, plan.base)
+        rows = [
+            result.read(figure, block * plan.base + first, block * plan.base + last) - mean
+            for block in range(quantities + 2)
+        ]
+        a, b = rows[:2]
+        steps = np.stack(rows[2:], axis=1) - a[:, None]
+        ones = np.stack([np.ones_like(a), a + b, a**2 + b**2], axis=1)
+        terms = np.concatenate([ones, steps, b[:, None] * steps, steps**2], axis=1)
+        own = np.arange(first, last)
+        groups = own if plan.base <= GROUPS else seeds(plan, first, last) % np.uint64(GROUPS)
+        np.add.at(sums, groups, terms)
+    return sums
+
+
+def _indices(sums: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First-order and total indices from sums over rows: the estimators of Saltelli and of Jansen."""
+    count, mean = sums[0], sums[1] / (2 * sums[0])
+    variance = sums[2] / (2 * count) - mean**2
+    step, product, square = sums[3:].reshape(3, -1) / count
+    if not variance > 0.0:
+        return np.zeros_like(step), np.zeros_like(step)
+    return (product - mean * step) / variance, square / 2 / variance

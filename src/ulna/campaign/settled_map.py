@@ -48,11 +48,12 @@ def settled_map(result: CampaignResult, x: str, y: str, *, cells: int = 25) -> S
     for name in (x, y):
         if name not in found:
             raise CampaignError(f"map over '{name}'", "it was not varied.", f"Varied were: {', '.join(found)}.")
-    at = {name: result[name] for name in (x, y)}
-    edges = [_edges(result, name, at[name], cells) for name in (x, y)]
-    settled = result["settled"].astype(float)
-    runs, _, _ = np.histogram2d(at[x], at[y], bins=edges)
-    hits, _, _ = np.histogram2d(at[x], at[y], bins=edges, weights=settled)
+    edges = _edges(result, x, y, cells)
+    shape = tuple(len(axis) - 1 for axis in edges)
+    runs, hits = np.zeros(shape), np.zeros(shape)
+    for block in result.blocks([x, y, "settled"]):
+        runs += np.histogram2d(block[x], block[y], bins=edges)[0]
+        hits += np.histogram2d(block[x], block[y], bins=edges, weights=block["settled"].astype(float))[0]
     with np.errstate(invalid="ignore"):
         fraction = np.where(runs > 0, hits / runs, np.nan)
     return SettledMap(
@@ -65,15 +66,21 @@ def settled_map(result: CampaignResult, x: str, y: str, *, cells: int = 25) -> S
     )
 
 
-def _edges(result: CampaignResult, name: str, values: np.ndarray, cells: int) -> np.ndarray:
+def _edges(result: CampaignResult, x: str, y: str, cells: int) -> list[np.ndarray]:
     plan = result.experiment.plan
     if isinstance(plan, Grid):
-        axis = np.sort(np.array(dict(plan.axes)[name]))
-        if len(axis) == 1:
-            return np.array([axis[0] - 0.5, axis[0] + 0.5])
-        middle = 0.5 * (axis[1:] + axis[:-1])
-        return np.concatenate(([2 * axis[0] - middle[0]], middle, [2 * axis[-1] - middle[-1]]))
-    low, high = float(values.min()), float(values.max())
-    if low == high:
-        low, high = low - 0.5, high + 0.5
-    return np.linspace(low, high, cells + 1)
+        return [_around(np.sort(np.array(dict(plan.axes)[name]))) for name in (x, y)]
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    for block in result.blocks([x, y]):
+        low = np.minimum(low, [block[x].min(), block[y].min()])
+        high = np.maximum(high, [block[x].max(), block[y].max()])
+    wide = np.where(low == high, 0.5, 0.0)
+    return [np.linspace(*limits, cells + 1) for limits in zip(low - wide, high + wide, strict=True)]
+
+
+def _around(values: np.ndarray) -> np.ndarray:
+    """Edges half-way between the values."""
+    if len(values) == 1:
+        return np.array([values[0] - 0.5, values[0] + 0.5])
+    middle = 0.5 * (values[1:] + values[:-1])
+    return np.concatenate(([2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]))

@@ -51,6 +51,17 @@ class Manifest:
         """All parts, in order."""
         return [(first, min(first + self.size, self.runs)) for first in range(0, self.runs, self.size)]
 
+    def to_text(self) -> str:
+        """What stands in the file."""
+        data = {
+            "format": FORMAT,
+            "runs": self.runs,
+            "size": self.size,
+            "versions": dict(self.versions),
+            "settings": json.loads(self.settings),
+        }
+        return json.dumps(data, indent=1, ensure_ascii=False) + "\n"
+
 
 class Store(Protocol):
     """Where parts are kept."""
@@ -98,7 +109,7 @@ class Memory:
 
 
 class Folder:
-    """A store on disk; `open_folder` and `begin_folder` make it.
+    """A store on disk; `open_folder` and `claimed` make it.
 
     Args:
         path: the folder.
@@ -108,18 +119,12 @@ class Folder:
     def __init__(self, path: Path, manifest: Manifest) -> None:
         self.path = path
         self.manifest = manifest
+        allowed = set(manifest.spans)
         self._names: dict[Span, str] = {}
-        self.scan()
-
-    def scan(self) -> None:
-        """Look again which parts there are."""
-        allowed = set(self.manifest.spans)
-        found = {}
-        for name in _listed(self.path / PARTS):
+        for name in _listed(path / PARTS):
             match = _PART.fullmatch(name)
             if match and (span := (int(match[1]), int(match[2]))) in allowed:
-                found[span] = name
-        self._names = found
+                self._names[span] = name
 
     def done(self) -> set[Span]:
         """The parts that are there; each was whole when it was written."""
@@ -178,64 +183,78 @@ class Folder:
                 damaged += 1
         return damaged
 
-    @contextmanager
-    def locked(self) -> Iterator[None]:
-        """Keep a second process from working on the folder; the lock ends with the process, however that ends.
 
-        Raises:
-            CampaignError: where another process is at work.
-        """
-        try:
-            handle = os.open(self.path / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
-        except OSError as error:
-            raise _unwritable(self.path, error) from error
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            for name in _listed(self.path / PARTS):
-                if _LEFTOVER.fullmatch(name):
-                    (self.path / PARTS / name).unlink(missing_ok=True)
-            yield
-        except BlockingIOError:
-            raise CampaignError(
-                f"the result folder '{self.path}'", "another process is at work on it.", "Wait for it, or end it."
-            ) from None
-        finally:
-            os.close(handle)
+@contextmanager
+def claimed(path: Path, wanted: Manifest) -> Iterator[Folder]:
+    """The folder for a campaign, kept from other processes: a new one, or the one in which it was begun.
 
-
-def begin_folder(path: Path, wanted: Manifest) -> Folder:
-    """The folder for a campaign: a new one, or the one in which it was begun.
+    A campaign that was begun there and of which no part is done gives way: nothing is lost with it.
 
     Raises:
-        CampaignError: a folder that holds something else, was begun with other libraries, or cannot be written.
+        CampaignError: a folder that holds something else, was begun with other libraries, cannot be written, or on
+            which another process is at work.
     """
-    if (path / MANIFEST).is_file():
-        folder = open_folder(path)
-        _check_same(path, folder.manifest, wanted)
-        return folder
     try:
-        if path.exists() and not path.is_dir():
-            raise CampaignError(f"the result folder '{path}'", "there is a file of this name.", "Give another folder.")
-        # A process killed here leaves `parts` or the lock and no manifest; nothing else may be there.
-        strange = [name for name in _listed(path) if name not in (PARTS, LOCK) and not _LEFTOVER.fullmatch(name)]
-        if strange or _listed(path / PARTS):
-            raise CampaignError(
-                f"the result folder '{path}'",
-                f"it holds files that are no campaign ({', '.join((strange or [PARTS])[:3])}).",
-                "Give an empty or a new folder.",
-            )
+        _check_free(path)
         (path / PARTS).mkdir(parents=True, exist_ok=True)
-        data = {
-            "format": FORMAT,
-            "runs": wanted.runs,
-            "size": wanted.size,
-            "versions": dict(wanted.versions),
-            "settings": json.loads(wanted.settings),
-        }
-        write_whole(path / MANIFEST, (json.dumps(data, indent=1, ensure_ascii=False) + "\n").encode())
     except OSError as error:
         raise _unwritable(path, error) from error
-    return open_folder(path)
+    with locked(path):
+        found = open_folder(path) if (path / MANIFEST).is_file() else None
+        if found is not None and found.manifest.settings != wanted.settings and found.done():
+            raise _other_campaign(path, found.manifest, wanted)
+        if found is not None and found.done():
+            _check_versions(path, found.manifest, wanted)
+            yield found
+            return
+        try:
+            write_whole(path / MANIFEST, wanted.to_text().encode())
+        except OSError as error:
+            raise _unwritable(path, error) from error
+        yield Folder(path, wanted)
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Keep a second process from working on a folder; the lock ends with the process, however that ends.
+
+    Raises:
+        CampaignError: where another process is at work, or nothing can be written.
+    """
+    try:
+        handle = os.open(path / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise CampaignError(
+                f"the result folder '{path}'", "another process is at work on it.", "Wait for it, or end it."
+            ) from None
+        for place in (path, path / PARTS):
+            for name in _listed(place):
+                if _LEFTOVER.fullmatch(name):
+                    (place / name).unlink(missing_ok=True)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _check_free(path: Path) -> None:
+    """Refuse a place that is not this campaign's to write to."""
+    if path.exists() and not path.is_dir():
+        raise CampaignError(f"the result folder '{path}'", "there is a file of this name.", "Give another folder.")
+    if (path / MANIFEST).is_file():
+        return
+    # A process killed early leaves `parts` or the lock and no manifest; nothing else may be there.
+    strange = [name for name in _listed(path) if name not in (PARTS, LOCK) and not _LEFTOVER.fullmatch(name)]
+    if strange or _listed(path / PARTS):
+        raise CampaignError(
+            f"the result folder '{path}'",
+            f"it holds files that are no campaign ({', '.join((strange or [PARTS])[:3])}).",
+            "Give an empty or a new folder.",
+        )
 
 
 def open_folder(path: Path) -> Folder:
@@ -287,16 +306,32 @@ def write_whole(target: Path, data: bytes) -> None:
         os.close(handle)
 
 
-def _check_same(path: Path, found: Manifest, wanted: Manifest) -> None:
-    if found.settings != wanted.settings:
-        theirs, ours = json.loads(found.settings), json.loads(wanted.settings)
-        differing = [key for key in ours if ours[key] != theirs.get(key)]
-        raise CampaignError(
-            f"the result folder '{path}'",
-            f"it holds another campaign (other {', '.join(differing) or 'settings'}).",
-            "Give another folder, or the same settings to go on.",
-        )
-    differing = [f"{name} {version}" for name, version in found.versions.items() if wanted.versions[name] != version]
+def _other_campaign(path: Path, found: Manifest, wanted: Manifest) -> CampaignError:
+    differing = _differing(json.loads(found.settings), json.loads(wanted.settings))
+    return CampaignError(
+        f"the result folder '{path}'",
+        f"it holds another campaign; other there: {', '.join(differing[:4]) or 'settings'}.",
+        "Give another folder, or the same settings to go on.",
+    )
+
+
+def _differing(theirs: Any, ours: Any, where: str = "") -> list[str]:
+    """Where two settings part, with the values as far as they are short."""
+    if isinstance(theirs, dict) and isinstance(ours, dict) and theirs.get("type") == ours.get("type"):
+        found = []
+        for key in ours:
+            if theirs.get(key) != ours[key]:
+                found += _differing(theirs.get(key), ours[key], f"{where}.{key}".lstrip("."))
+        return found
+    if isinstance(theirs, int | float | str) and isinstance(ours, int | float | str):
+        return [f"{where} ({str(theirs)[:30]}, not {str(ours)[:30]})"]
+    return [where]
+
+
+def _check_versions(path: Path, found: Manifest, wanted: Manifest) -> None:
+    differing = [
+        f"{name} {version}" for name, version in found.versions.items() if wanted.versions.get(name) != version
+    ]
     if differing:
         raise CampaignError(
             f"the result folder '{path}'",

@@ -26,27 +26,33 @@ def worst_cases(result: CampaignResult, figure: str, *, count: int = 10) -> tupl
     """The runs with the largest magnitude of a figure, worst first.
 
     Runs that did not reach the end stand before all others, the earliest first; a NaN of a run that did is no value.
+    Memory for one part of the campaign is enough.
 
     Raises:
         CampaignError: an unknown figure, or a count below one.
     """
     if count < 1:
         raise CampaignError(f"worst_cases(count={count})", "at least one is needed.")
-    values = result[figure]
-    finished = result["outcome"] == 0
-    order = np.where(finished, np.where(np.isnan(values), -1.0, np.abs(values)), np.inf)
-    ended = np.where(finished, np.inf, result["end_time"])
-    count = min(count, result.runs)
-    # Only those that can be among the worst are put in order: ties with the last of them included.
-    limit = -np.partition(-order, count - 1)[count - 1]
-    candidates = np.flatnonzero(order >= limit)
-    ranked = candidates[np.lexsort((candidates, ended[candidates], -order[candidates]))][:count]
-    return tuple(
-        Case(
-            number=int(run),
-            value=float(values[run]),
-            outcome=OUTCOMES[int(result.read("outcome", int(run), int(run) + 1)[0])],
-            varied={name: float(result.read(name, int(run), int(run) + 1)[0]) for name in result.varied},
-        )
-        for run in ranked
+    worst = np.zeros((3, 0))
+    first = 0
+    for block in result.blocks(list({figure: None, "outcome": None, "end_time": None})):
+        values = block[figure].astype(float)
+        finished = block["outcome"] == 0
+        order = np.where(finished, np.where(np.isnan(values), -1.0, np.abs(values)), np.inf)
+        ended = np.where(finished, np.inf, block["end_time"])
+        numbers = np.arange(first, first + len(values))
+        first += len(values)
+        worst = np.concatenate([worst, [order, ended, numbers]], axis=1)
+        # The number of a run settles ties, so that parts of any size give the same cases.
+        worst = worst[:, np.lexsort((worst[2], worst[1], -worst[0]))[:count]]
+    return tuple(_case(result, figure, int(number)) for number in worst[2])
+
+
+def _case(result: CampaignResult, figure: str, number: int) -> Case:
+    run = result.run(number)
+    return Case(
+        number=number,
+        value=run[figure],
+        outcome=OUTCOMES[int(run["outcome"])],
+        varied={name: run[name] for name in result.varied},
     )

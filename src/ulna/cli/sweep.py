@@ -13,15 +13,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ulna.cli.making import ControllerPoles, DesignOptions, ObserverPoles, make_design
-from ulna.cli.session import console, number_list, plant, print_json, progress
+from ulna.cli.session import number_list, plant, print_json, progress
+from ulna.cli.sweep_answers import answers, draw_answers, leading_figure, print_answers
 
 if TYPE_CHECKING:
-    from ulna.campaign import CampaignResult, Progress
+    from ulna.campaign import Progress
     from ulna.design.control.compensator import ClosedLoop
     from ulna.sim import Continuous, Sampled
     from ulna.system.system import System
 
 _VARY = re.compile(r"\s*([^\W\d]\w*)\s*=\s*(\w+)\((.*)\)\s*")
+
+
+MOST_STEPS = 100_000
+"""Of one axis of a grid, whose values all stand in the settings of the campaign."""
 
 
 class Sampling(StrEnum):
@@ -52,8 +57,10 @@ def sweep(
     sampling: Annotated[Sampling, typer.Option(help="How runs are drawn.")] = Sampling.random,
     period: Annotated[float, typer.Option(help="Run the controller sampled, with this period in s.")] = 0.0,
     limit: Annotated[float, typer.Option(help="With --period: limit of every driven input, SI.")] = 0.0,
-    part: Annotated[int, typer.Option(help="Runs that are stored together.")] = 10_000,
+    part: Annotated[int | None, typer.Option(help="Runs that are stored together; chosen if left out.")] = None,
     scheduler: Annotated[str, typer.Option(help="Address of a Dask scheduler; this machine if left out.")] = "",
+    worst_by: Annotated[str, typer.Option(help="Figure by which runs are called worst, such as 'peak_u'.")] = "",
+    over: Annotated[str, typer.Option("--map", help="Axes of the map: 'm2,theta'; else the first two varied.")] = "",
     plot: Annotated[Path | None, typer.Option(help="Draw map, fan charts and worst case into this folder.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON for machines.")] = False,
 ) -> None:
@@ -66,6 +73,7 @@ def sweep(
 
     system = plant(name)
     plan = _plan(vary, runs, seed, sampling)
+    axes = _axes(over, plan.names)
     with progress(f"designing for '{system.name}'"):
         loop = _loop(system, controller_poles, observer_poles)
     subject, settings = _engine(system, loop, period, limit)
@@ -81,11 +89,14 @@ def sweep(
             crew=Cluster(address=scheduler) if scheduler else Local(),
             progress=tell,
         )
-    drawn = _draw(result, plot) if plot is not None else []
+    worst_by = worst_by or leading_figure(result)
+    with progress("looking at the results"):
+        drawn = draw_answers(result, plot, worst_by=worst_by, axes=axes) if plot is not None else []
+        data = answers(result, out, drawn, worst_by=worst_by)
     if as_json:
-        print_json(_data(result, out, drawn))
+        print_json(data)
     else:
-        _print(result, out, drawn)
+        print_answers(result, data)
 
 
 def _loop(system: System, controller_poles: str, observer_poles: str) -> ClosedLoop | System:
@@ -152,6 +163,19 @@ def _plan(vary: list[str], runs: int, seed: int, sampling: Sampling) -> Any:
             return Saltelli(vary=spread, base=runs, seed=seed)
 
 
+def _axes(text: str, varied: tuple[str, ...]) -> tuple[str, ...]:
+    """What the map is drawn over."""
+    from ulna.campaign import CampaignError
+
+    if not text:
+        return varied[:2]
+    names = tuple(name.strip() for name in text.split(","))
+    if len(set(names)) != 2 or not set(names) <= set(varied):
+        found = f"two of the varied quantities are needed; varied: {', '.join(varied)}."
+        raise CampaignError(f"--map '{text}'", found, "Write --map m2,theta.")
+    return names
+
+
 def _varied(text: str) -> tuple[str, Any]:
     """Name, and a distribution or the values of a grid's axis."""
     import numpy as np
@@ -181,8 +205,10 @@ def _varied(text: str) -> tuple[str, Any]:
         return name, Choice(values=tuple(numbers))
     if kind == "values":
         return name, numbers
-    if not (numbers[2] >= 1 and numbers[2] == int(numbers[2])):
-        raise CampaignError(f"--vary '{text}'", f"{numbers[2]:g} is no number of steps.", "Write steps(0,5,21).")
+    if not (1 <= numbers[2] <= MOST_STEPS and numbers[2] == int(numbers[2])):
+        raise CampaignError(
+            f"--vary '{text}'", f"{numbers[2]:g} is no number of steps from 1 to {MOST_STEPS}.", "Write steps(0,5,21)."
+        )
     return name, [float(v) for v in np.linspace(numbers[0], numbers[1], int(numbers[2]))]
 
 
@@ -218,111 +244,3 @@ def _bar() -> Iterator[Callable[[Progress], None] | None]:
             bar.update(task, total=now.total, completed=now.done, rate=rate)
 
         yield tell
-
-
-def _draw(result: CampaignResult, folder: Path) -> list[Path]:
-    from ulna.base import UlnaError
-    from ulna.campaign import fan, replay, settled_map, worst_cases
-    from ulna.plot import plot_fan, plot_settled_map, plot_trajectory, save_figure
-
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UlnaError(f"the folder '{folder}'", f"it cannot be made ({error.strerror}).") from None
-    drawn = []
-    if len(result.varied) > 1:
-        found = settled_map(result, *result.varied[:2])
-        drawn.append(save_figure(plot_settled_map(found), folder / "settled_map.svg"))
-    for signal in _judged(result):
-        figure = plot_fan(fan(result, signal), title=f"{signal} in {result.runs} runs")
-        drawn.append(save_figure(figure, folder / f"fan_{signal}.svg"))
-    figure_name = _leading(result)
-    worst = worst_cases(result, figure_name, count=1)[0]
-    shown = plot_trajectory(replay(result, worst.number).trajectory, title=f"run {worst.number}: worst {figure_name}")
-    drawn.append(save_figure(shown, folder / "worst.svg"))
-    return drawn
-
-
-def _judged(result: CampaignResult) -> list[str]:
-    return [c.name.removeprefix("peak_error_") for c in result.columns if c.name.startswith("peak_error_")]
-
-
-def _leading(result: CampaignResult) -> str:
-    """The figure by which runs are called worst: how far the first output is off at the end."""
-    names = _judged(result)
-    return f"steady_error_{names[0]}" if names else "end_time"
-
-
-def _data(result: CampaignResult, out: Path, drawn: list[Path]) -> dict[str, Any]:
-    import numpy as np
-
-    from ulna.campaign import quantiles, sensitivity, settled_fraction, worst_cases
-    from ulna.campaign.runs import OUTCOMES
-
-    settled = settled_fraction(result)
-    table = quantiles(result)
-    counts = np.bincount(result["outcome"].astype(int), minlength=len(OUTCOMES))
-    data = {
-        "system": result.experiment.system.name,
-        "folder": str(out),
-        "runs": result.runs,
-        "settled": {"value": settled.value, "low": settled.low, "high": settled.high, "count": settled.count},
-        "outcomes": {name: int(count) for name, count in zip(OUTCOMES, counts, strict=True) if count},
-        "quantiles": {
-            "levels": table["level"].values.tolist(),
-            **{str(name): values.values.tolist() for name, values in table.data_vars.items()},
-        },
-        "worst": [
-            {"run": case.number, "figure": _leading(result), "value": case.value, "outcome": case.outcome}
-            | {"varied": dict(case.varied)}
-            for case in worst_cases(result, _leading(result), count=5)
-        ],
-        "figures": [str(path) for path in drawn],
-    }
-    if type(result.experiment.plan).__name__ == "Saltelli":
-        data["indices"] = {
-            figure: {
-                "names": list(found.names),
-                "first_order": found.first_order.tolist(),
-                "total": found.total.tolist(),
-            }
-            for figure in [f"peak_error_{name}" for name in _judged(result)]
-            for found in [sensitivity(result, figure)]
-        }
-    return data
-
-
-def _print(result: CampaignResult, out: Path, drawn: list[Path]) -> None:
-    from rich.markup import escape
-    from rich.table import Table
-
-    from ulna.campaign import settled_fraction
-
-    data = _data(result, out, drawn)
-    show = console()
-    show.print(f"{result.runs} runs, settled: [bold]{settled_fraction(result)}[/bold]")
-    rest = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in data["outcomes"].items())
-    show.print(f"outcomes: {rest}")
-    levels = data["quantiles"].pop("levels")
-    table = Table(title="quantiles", title_justify="left")
-    for heading in ("figure", *(f"{level:g}" for level in levels)):
-        table.add_column(heading, justify="left" if heading == "figure" else "right")
-    units = {column.name: column.unit for column in result.columns}
-    for name, values in data["quantiles"].items():
-        label = f"{name} [{units[name]}]" if units[name] else name
-        table.add_row(escape(label), *(f"{value:.4g}" for value in values))
-    show.print(table)
-    worst = Table(title=escape(f"worst by {_leading(result)}"), title_justify="left")
-    for heading in ("run", "outcome", "value", *result.varied):
-        worst.add_column(escape(heading), justify="right")
-    for case in data["worst"]:
-        numbers = [f"{case['value']:.6g}", *(f"{v:.6g}" for v in case["varied"].values())]
-        worst.add_row(str(case["run"]), case["outcome"].replace("_", " "), *numbers)
-    show.print(worst)
-    for figure, found in data.get("indices", {}).items():
-        parts = zip(found["names"], found["first_order"], found["total"], strict=True)
-        text = ", ".join(f"{name} {first:.3f} ({total:.3f})" for name, first, total in parts)
-        show.print(escape(f"{figure} depends on, alone (in all): {text}"))
-    for path in drawn:
-        show.print(f"drawn: {escape(str(path))}")
-    show.print(escape(f"one of them again: ulna replay {out} --run {data['worst'][0]['run']}"))

@@ -32,8 +32,8 @@ class Formula:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Held:
-    """u(t) = values[k] for times[k] ≤ t < times[k+1], and the last value from the last time on.
+class Samples:
+    """Values of u at some times: what `Held` and `Interpolated` have in common.
 
     Args:
         times: (N,) increasing, in s. values: (N,) in SI.
@@ -50,21 +50,13 @@ class Held:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Interpolated:
-    """u(t) by straight lines between (times[k], values[k]); defined from the first time to the last.
+class Held(Samples):
+    """u(t) = values[k] for times[k] ≤ t < times[k+1], and the last value from the last time on. See `Samples`."""
 
-    Args:
-        times: (N,) increasing, in s. values: (N,) in SI.
 
-    Raises:
-        SimulationError: lengths that differ, times that do not increase, or a value that is not finite.
-    """
-
-    times: np.ndarray
-    values: np.ndarray
-
-    def __post_init__(self) -> None:
-        _freeze_samples(self)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Interpolated(Samples):
+    """u(t) by straight lines between (times[k], values[k]); defined from the first time to the last. See `Samples`."""
 
     @classmethod
     def of(cls, function: Callable[[float], float], times: Sequence[float] | np.ndarray) -> Interpolated:
@@ -113,7 +105,7 @@ def input_values(given: Input, times: np.ndarray, parameters: Mapping[str, float
             return to_numpy(lowered)(times, *parameters.values())[0]
 
 
-def _freeze_samples(samples: Held | Interpolated) -> None:
+def _freeze_samples(samples: Samples) -> None:
     times = np.array(samples.times, dtype=float)
     values = np.array(samples.values, dtype=float)
     asked = f"{type(samples).__name__} input"
