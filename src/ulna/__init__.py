@@ -69,11 +69,15 @@ if TYPE_CHECKING:
     from ulna.plot import save_figure as save_figure
     from ulna.sim import TIME as TIME
     from ulna.sim import Continuous as Continuous
+    from ulna.sim import Crossing as Crossing
+    from ulna.sim import EndStop as EndStop
+    from ulna.sim import Event as Event
     from ulna.sim import Metrics as Metrics
     from ulna.sim import Outcome as Outcome
     from ulna.sim import Quantiser as Quantiser
     from ulna.sim import Sampled as Sampled
     from ulna.sim import Saturation as Saturation
+    from ulna.sim import Settling as Settling
     from ulna.sim import Trajectory as Trajectory
     from ulna.sim import metrics as metrics
     from ulna.sim import run_ensemble as run_ensemble
@@ -112,12 +116,15 @@ _HOME = {
     "ControlAffine": "ulna.system",
     "controller_form": "ulna.design",
     "ControllerForm": "ulna.design",
+    "Crossing": "ulna.sim",
     "Definition": "ulna.system",
     "Diffeomorphism": "ulna.geometry",
     "Distribution": "ulna.geometry",
     "distribution": "ulna.geometry",
     "dynamic_extension": "ulna.design",
+    "EndStop": "ulna.sim",
     "equilibria": "ulna.system",
+    "Event": "ulna.sim",
     "exact_observer": "ulna.design",
     "extended_kalman_filter": "ulna.design",
     "first_integrals": "ulna.geometry",
@@ -164,6 +171,7 @@ _HOME = {
     "Saturation": "ulna.sim",
     "save_figure": "ulna.plot",
     "SetPoint": "ulna.design",
+    "Settling": "ulna.sim",
     "Signal": "ulna.system",
     "simulate": "ulna.sim",
     "state_feedback": "ulna.design",

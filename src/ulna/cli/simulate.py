@@ -24,6 +24,20 @@ def simulate(
     observer_poles: ObserverPoles = "",
     observer_initial: Annotated[str, typer.Option(help="Initial estimates; zero if left out.")] = "",
     held: Annotated[list[str] | None, typer.Option("--input", help="Hold an input: 'u=1.5'. May be repeated.")] = None,
+    limit: Annotated[
+        list[str] | None, typer.Option(help="Limit an input: 'u=-24:24', 'u=24'; '24' for all. May be repeated.")
+    ] = None,
+    stop: Annotated[
+        list[str] | None,
+        typer.Option(help="End stop of a position, SI: 'theta=-pi/2:pi/2', with rebound 'theta=0:pi/2:0.5'."),
+    ] = None,
+    event: Annotated[
+        list[str] | None, typer.Option(help="Report where an expression passes through zero: 'theta-1', 'top: omega'.")
+    ] = None,
+    until: Annotated[list[str] | None, typer.Option(help="End the run where an expression does.")] = None,
+    settle: Annotated[
+        list[str] | None, typer.Option(help="Report when an output stays in its 2 % band: 'y', 'y=0.5'.")
+    ] = None,
     samples: Annotated[int, typer.Option(help="Number of output times.", min=2)] = 501,
     out: Annotated[Path | None, typer.Option(help="Write the run: a .nc (netCDF) or .csv file.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the run: a .png, .svg or .pdf file.")] = None,
@@ -35,6 +49,8 @@ def simulate(
     """
     import numpy as np
 
+    from ulna.cli.rules import end_stops, reported, saturations
+    from ulna.sim import Continuous
     from ulna.sim import simulate as run
 
     if not time > 0:
@@ -43,7 +59,15 @@ def simulate(
     with progress(f"simulating '{system.name}'"):
         loop = _loop(system.with_values(), controller_poles, observer_poles)
         start = _initial(system, loop, initial, observer_initial)
-        trajectory = run(loop, start, np.linspace(0.0, time, samples), inputs=_inputs(loop, held or []), throw=False)
+        trajectory = run(
+            loop,
+            start,
+            np.linspace(0.0, time, samples),
+            inputs=_inputs(loop, held or []),
+            time=Continuous(saturation=saturations(limit or []), end_stops=end_stops(system, stop or [])),
+            events=reported(event or [], until or [], settle or []),
+            throw=False,
+        )
     if out is not None:
         write_trajectory(trajectory, out)
     if plot is not None:
@@ -128,6 +152,16 @@ def _data(trajectory: Trajectory) -> dict[str, Any]:
         "outcome": trajectory.outcome.name.lower(),
         "text": trajectory.outcome.text,
         "units": {s.name: s.unit for s in (*system.states, *system.inputs, *system.outputs)},
+        "events": [
+            {
+                "time": event.time,
+                "kind": event.kind.name.lower(),
+                "signal": event.signal,
+                "direction": event.direction,
+                "state": list(event.state),
+            }
+            for event in trajectory.events
+        ],
         "time": trajectory.times.tolist(),
         "signals": series,
     }
@@ -146,5 +180,26 @@ def _print(trajectory: Trajectory) -> None:
         numbers = (values[0], values[-1], values.min(), values.max())
         table.add_row(escape(signal.label), *(f"{v:.6g}" for v in numbers))
     console().print(table)
-    if trajectory.outcome.name != "FINISHED":
+    if trajectory.events:
+        console().print(_events(trajectory))
+    if trajectory.outcome.name not in ("FINISHED", "STOPPED"):
         typer.secho(f"the run ended at t = {trajectory.times[-1]:.6g} s", fg=typer.colors.YELLOW, err=True)
+
+
+_SHOWN = 40
+"""Events that a table shows; JSON has them all."""
+
+
+def _events(trajectory: Trajectory) -> Any:
+    from rich.markup import escape
+    from rich.table import Table
+
+    count = len(trajectory.events)
+    title = f"events (the first {_SHOWN} of {count})" if count > _SHOWN else "events"
+    table = Table(title=title, title_justify="left")
+    for heading in ("t [s]", "signal", "what", "direction"):
+        table.add_column(escape(heading), justify="right" if heading == "t [s]" else "left")
+    for event in trajectory.events[:_SHOWN]:
+        way = {1: "up", -1: "down"}.get(event.direction, "")
+        table.add_row(f"{event.time:.9g}", escape(event.signal), event.kind.value, way)
+    return table

@@ -1,6 +1,7 @@
 """Simulation: `simulate` answers with a `Trajectory`, `run_ensemble` with the figures of many runs."""
 
 from ulna.sim.continuous import Continuous
+from ulna.sim.crossing import Crossing, Direction
 from ulna.sim.ensemble import EnsembleResult, run_ensemble
 from ulna.sim.event import Event, EventKind
 from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
@@ -21,6 +22,7 @@ from ulna.sim.sampled import (
     Saturation,
     SlewLimit,
 )
+from ulna.sim.settling import Settling
 from ulna.sim.simulate import simulate
 from ulna.sim.trajectory import Series, Trajectory
 
@@ -29,6 +31,8 @@ __all__ = [
     "ConditionalIntegration",
     "Constant",
     "Continuous",
+    "Crossing",
+    "Direction",
     "EndStop",
     "EnsembleResult",
     "Euler",
@@ -52,6 +56,7 @@ __all__ = [
     "Sampled",
     "Saturation",
     "Series",
+    "Settling",
     "SlewLimit",
     "Trajectory",
     "metrics",

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from ulna.base import SimulationError
+from ulna.sim.sampled.limits import EndStop, Saturation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Continuous:
     """Integration by Taylor series of adaptive order and step (heyoka), exact to rounding where the plant allows it.
 
-    Jumps in the right-hand side (limits, `Abs`, `Piecewise`, …) are located and the step ends on them.
+    Jumps in the right-hand side (limits, `Abs`, `Piecewise`, …), saturation and end stops are located to rounding; the
+    series of a step knows one side of them only.
 
     Args:
         tolerance: relative size of the first neglected term of each step; 1e-13 keeps the global error of a stable
@@ -22,9 +25,13 @@ class Continuous:
         optimise: compile for speed (a run 1.6 times faster, the first one 0.1 s later). Compiled loops are kept on
             disk by heyoka.
         compact: compile to loops instead of straight code, which large systems need; by default above 12 states.
+        saturation: of all inputs, or by name; of a closed loop the signals that drive its plant (`u`). What reads
+            the signal, an observer say, reads the limited one.
+        end_stops: walls of the plant. Contact, rest at the wall and release are found; rebounds that would fly for
+            less than 1e-9 of the run count as rest.
 
     Raises:
-        SimulationError: a setting out of its range.
+        SimulationError: a setting out of its range, two end stops of one position.
 
     Reference:
         F. Biscani, D. Izzo, "Revisiting high-order Taylor methods for astrodynamics and celestial mechanics",
@@ -36,6 +43,9 @@ class Continuous:
     maximum_steps: int = 200_000
     optimise: bool = True
     compact: bool | None = None
+    # A mapping has no hash; equality still compares it.
+    saturation: Saturation | Mapping[str, Saturation] | None = field(default=None, hash=False)
+    end_stops: tuple[EndStop, ...] = ()
 
     def __post_init__(self) -> None:
         if not (2.2e-16 <= self.tolerance <= 1e-2):
@@ -46,3 +56,12 @@ class Continuous:
             raise SimulationError("bound of Continuous()", f"{self.bound} is not a positive finite number.")
         if self.maximum_steps < 1:
             raise SimulationError("maximum_steps of Continuous()", f"{self.maximum_steps} is less than one.")
+        positions = [stop.position for stop in self.end_stops]
+        if len(set(positions)) < len(positions):
+            raise SimulationError(
+                "end_stops of Continuous()",
+                f"one position has two ({', '.join(positions)}).",
+                "Give lower and upper of one EndStop.",
+            )
+        if isinstance(self.saturation, Mapping):
+            object.__setattr__(self, "saturation", dict(self.saturation))

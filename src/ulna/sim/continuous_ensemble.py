@@ -78,7 +78,8 @@ def _compiled(plant: System, settings: Continuous) -> Batch:
     shown = {s.name: e for s, e in zip(plant.outputs, plant.inline(plant.readouts), strict=True)}
     readouts = kernel(f"outputs of {plant.name}", [*plant.state_symbols, *held], shown)
     integrator = None
-    if not with_modes(split.main).guards:
+    # What happens at limits and walls differs from lane to lane.
+    if not with_modes(split.main).guards and settings.saturation is None and not settings.end_stops:
         variables = [hy.expression(f"s{k}") for k in range(len(plant.states))]
         sources = dict(zip((s.name for s in plant.states), variables, strict=True))
         sources |= {name: hy.par[k] for k, name in enumerate(split.before.outputs)}

@@ -1,4 +1,4 @@
-"""What happened during a sampled run and when."""
+"""What happened during a run and when."""
 
 from __future__ import annotations
 
@@ -16,18 +16,30 @@ class EventKind(Enum):
     SATURATION_LEFT = "the command came back within the limits of the input"
     END_STOP_ENTERED = "the position reached an end stop"
     END_STOP_LEFT = "the position left the end stop"
-    SETTLED = "the output entered its 2 % band for good"
+    BOUNCED = "the position rebounded from an end stop"
+    CROSSED = "the expression passed through zero"
+    SETTLED = "the output entered its band for good"
     BLEW_UP = "the norm of the state passed the bound"
     NOT_FINITE = "the state or the command stopped being a finite number"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
-    """Something that happened: at `time` (s), to the signal of this name (empty for the whole state)."""
+    """Something that happened.
+
+    Attributes:
+        time: s. Of a continuous run exact to rounding, of a sampled one a sample time.
+        kind: what.
+        signal: to which input, position, output or `Crossing`, by name; empty for the whole state.
+        direction: 1 upwards or at the upper limit, −1 downwards or at the lower one; 0 where neither is meant.
+        state: (n,) the system's state just after it, in SI; empty in sampled runs.
+    """
 
     time: float
     kind: EventKind
     signal: str = ""
+    direction: int = 0
+    state: tuple[float, ...] = ()
 
 
 def switched(

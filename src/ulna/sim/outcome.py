@@ -13,6 +13,7 @@ class Outcome(Enum):
     NOT_FINITE = "the state or its derivative stopped being a finite number"
     SLIDING = "a jump pushes the state back from both sides"
     STEP_LIMIT = "the largest number of steps was used up before the final time"
+    STOPPED = "a terminal event ended the run"
 
     @property
     def text(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from threading import RLock
 
@@ -15,12 +15,17 @@ import sympy as sp
 from ulna.base import SimulationError
 from ulna.sim.cache import IdentityCache
 from ulna.sim.continuous import Continuous
+from ulna.sim.course import Scheme
 from ulna.sim.flow import Flow
-from ulna.sim.guards import Layout
 from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
+from ulna.sim.layout import Layout
+from ulna.sim.rules import Reported, Rules, rules
+from ulna.sim.switched_flow import SwitchedFlow
+from ulna.sim.watchers import scheme_of
 from ulna.symbolic.program.hoist import hoist
 from ulna.symbolic.program.instructions_from_sympy import rounded
 from ulna.symbolic.program.kernel import Kernel, kernel
+from ulna.symbolic.program.lowering.numpy import to_numpy
 from ulna.symbolic.program.lowering.python_source import to_python
 from ulna.symbolic.program.modes import with_modes
 from ulna.system import System
@@ -41,6 +46,14 @@ Shape = tuple[Drive | sp.Expr, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Commands:
+    """Limited inputs by name; evaluate(states, inputs, parameters) → command and limited command of each."""
+
+    names: tuple[str, ...]
+    evaluate: Callable[..., tuple[np.ndarray, ...]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Prepared:
     """A system with a compiled flow.
 
@@ -48,10 +61,15 @@ class Prepared:
         flow: the integrator. before: (parameters, constant inputs) → the constants that the flow needs.
         values: default SI value of each parameter, None where it has none.
         ready: the flow's constants for the default parameters when no input varies between runs, else None.
+        rules: what the run obeys and reports, None where that is nothing.
+        shown: the system with its limits written out. commands: of what is limited, None where nothing is.
     """
 
     system: System
-    flow: Flow
+    flow: Flow | SwitchedFlow
+    rules: Rules | None
+    shown: System
+    commands: Commands | None
     before: Callable[..., tuple[float, ...]]
     before_inputs: tuple[str, ...]
     values: dict[str, float | None]
@@ -70,22 +88,22 @@ def _entry(given: Input | None) -> Drive | sp.Expr:
     return Drive.RAMP if isinstance(given, Interpolated) else Drive.CONSTANT
 
 
-def prepared(system: System, shape: Shape, settings: Continuous) -> Prepared:
+def prepared(system: System, shape: Shape, settings: Continuous, reported: tuple[Reported, ...]) -> Prepared:
     """The system made ready; remembered by the identity of the system, compiled flows by the equality of kernels."""
-    return _PREPARED.get(system, (shape, settings), lambda: _prepare(system, shape, settings))
+    return _PREPARED.get(system, (shape, settings, reported), lambda: _prepare(system, shape, settings, reported))
 
 
 _PREPARED = IdentityCache(FLOWS_KEPT)
 _DEFAULTS = IdentityCache(FLOWS_KEPT)
-_FLOWS: OrderedDict[tuple[Kernel, Layout, Continuous], Flow] = OrderedDict()
+_FLOWS: OrderedDict[tuple[Kernel | Scheme, Layout, Continuous], Flow | SwitchedFlow] = OrderedDict()
 _LOCK = RLock()
 
 
-def _prepare(system: System, shape: Shape, settings: Continuous) -> Prepared:
-    whole, fixed, ramps, clock = _rates(system, shape)
+def _prepare(system: System, shape: Shape, settings: Continuous, reported: tuple[Reported, ...]) -> Prepared:
+    wanted = rules(system, settings, reported) if settings.saturation or settings.end_stops or reported else None
+    whole, layout, fixed = _whole(system, shape, wanted)
     split = hoist(whole, fixed)
-    states = tuple(signal.name for signal in system.states)
-    layout = Layout(states=states, ramps=ramps, time=clock, constants=split.before.outputs)
+    layout = replace(layout, constants=split.before.outputs)
     before = to_python(split.before)
     values = default_values(system)
     known = {name: value for name, value in values.items() if value is not None}
@@ -94,7 +112,10 @@ def _prepare(system: System, shape: Shape, settings: Continuous) -> Prepared:
         ready = constants(before, split.before.inputs, known, {}, system.name)
     return Prepared(
         system=system,
-        flow=_flow(split.main, layout, settings),
+        flow=_flow(split.main, layout, wanted, settings),
+        rules=wanted,
+        shown=system if wanted is None else wanted.shown,
+        commands=_commands(system, wanted) if wanted is not None and wanted.limits else None,
         before=before,
         before_inputs=split.before.inputs,
         values=values,
@@ -103,29 +124,51 @@ def _prepare(system: System, shape: Shape, settings: Continuous) -> Prepared:
     )
 
 
-def _rates(system: System, shape: Shape) -> tuple[Kernel, tuple[str, ...], tuple[str, ...], str | None]:
-    """The kernel of the rates; the names of what is constant, of the ramps, and of the time if it occurs."""
+def _whole(system: System, shape: Shape, wanted: Rules | None) -> tuple[Kernel, Layout, tuple[str, ...]]:
+    """The kernel of the rates and of what is watched, where its inputs come from, and which of them are constant."""
     formulas = {s.symbol: e for s, e in zip(system.inputs, shape, strict=True) if isinstance(e, sp.Expr)}
     constant = [s.symbol for s, e in zip(system.inputs, shape, strict=True) if e is Drive.CONSTANT]
     ramps = [s.symbol for s, e in zip(system.inputs, shape, strict=True) if e is Drive.RAMP]
-    rates = system.inline(system.rates)
-    clock = []
+    rates = system.inline(system.rates) if wanted is None else wanted.rates
+    watched = () if wanted is None else wanted.watched
     if formulas:
         _check_formulas(system, formulas)
-        rates = tuple(rate.xreplace(formulas) for rate in rates)
-        clock = [TIME]
+        rates, watched = (tuple(e.xreplace(formulas) for e in each) for each in (rates, watched))
+    timed = bool(formulas) or any(e.has(TIME) for e in watched)
+    if timed:
+        _check_time(system)
+    clock = [TIME] if timed else []
+    modes = [] if wanted is None else [limit.mode for limit in wanted.limits]
     held = [*system.parameter_symbols, *constant]
     names = {f"{signal.name}'": rate for signal, rate in zip(system.states, rates, strict=True)}
-    whole = kernel(system.name, [*system.state_symbols, *ramps, *clock, *held], names, held=held)
-    return whole, tuple(s.name for s in held), tuple(s.name for s in ramps), TIME.name if clock else None
+    names |= {f"watched {k}": e for k, e in enumerate(watched)}
+    whole = kernel(system.name, [*system.state_symbols, *ramps, *clock, *modes, *held], names, held=held)
+    layout = Layout(
+        states=tuple(signal.name for signal in system.states),
+        ramps=tuple(s.name for s in ramps),
+        time=TIME.name if timed else None,
+        saturated=tuple(s.name for s in modes),
+    )
+    return whole, layout, tuple(s.name for s in held)
 
 
-def _check_formulas(system: System, formulas: Mapping[sp.Symbol, sp.Expr]) -> None:
-    taken = {*system.state_symbols, *system.input_symbols, *system.parameter_symbols}
-    if TIME in taken:
+def _commands(system: System, wanted: Rules) -> Commands:
+    symbols = [*system.state_symbols, *system.input_symbols, *system.parameter_symbols]
+    named = {f"{k}": e for k, e in enumerate(each for pair in wanted.commands for each in pair)}
+    return Commands(
+        names=tuple(limit.name for limit in wanted.limits),
+        evaluate=to_numpy(kernel(f"commands of {system.name}", symbols, named)),
+    )
+
+
+def _check_time(system: System) -> None:
+    if TIME in {*system.state_symbols, *system.input_symbols, *system.parameter_symbols}:
         raise SimulationError(
             f"a formula of time for '{system.name}'", f"the system calls something else '{TIME}'.", "Rename it."
         )
+
+
+def _check_formulas(system: System, formulas: Mapping[sp.Symbol, sp.Expr]) -> None:
     allowed = {TIME, *system.parameter_symbols}
     for symbol, expression in formulas.items():
         unknown = sorted(str(each) for each in expression.free_symbols - allowed)
@@ -137,12 +180,20 @@ def _check_formulas(system: System, formulas: Mapping[sp.Symbol, sp.Expr]) -> No
             )
 
 
-def _flow(main: Kernel, layout: Layout, settings: Continuous) -> Flow:
-    key = (main, layout, settings)
+def _flow(main: Kernel, layout: Layout, wanted: Rules | None, settings: Continuous) -> Flow | SwitchedFlow:
+    moded = with_modes(main)
+    scheme: Kernel | Scheme = main
+    if wanted is not None or moded.guards:
+        scheme = scheme_of(moded, layout, wanted)
+    # What is limited is in the kernel already.
+    key = (scheme, layout, replace(settings, saturation=None, end_stops=()))
     with _LOCK:
         flow = _FLOWS.get(key)
         if flow is None:
-            flow = Flow(with_modes(main), layout, settings)
+            if isinstance(scheme, Scheme):
+                flow = SwitchedFlow(scheme, settings)
+            else:
+                flow = Flow(main, layout, settings)
             _FLOWS[key] = flow
         _FLOWS.move_to_end(key)
         while len(_FLOWS) > FLOWS_KEPT:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -11,12 +12,17 @@ import numpy as np
 
 from ulna.base import SimulationError
 from ulna.sim.continuous import Continuous
+from ulna.sim.event import Event, EventKind
+from ulna.sim.flow import Flow, Stretch
 from ulna.sim.inputs import Held, Input, Interpolated, as_input
 from ulna.sim.outcome import Outcome
-from ulna.sim.prepared import Prepared, default_values, parameter_values, prepared, shape_of, stretch_values
+from ulna.sim.prepared import Commands, Prepared, default_values, parameter_values, prepared, shape_of, stretch_values
+from ulna.sim.rules import Reported
 from ulna.sim.sampled.run import run_sampled
 from ulna.sim.sampled.sampled import Sampled
-from ulna.sim.trajectory import Trajectory
+from ulna.sim.switched_flow import SwitchedFlow
+from ulna.sim.trajectory import Series, Trajectory
+from ulna.sim.watchers import new_course
 from ulna.system import System
 
 CONTINUOUS = Continuous()
@@ -32,6 +38,7 @@ def simulate(
     inputs: Mapping[str, Any] | None = None,
     parameters: Mapping[str, float] | None = None,
     time: Continuous | Sampled = CONTINUOUS,
+    events: Sequence[Reported] = (),
     throw: bool = True,
 ) -> Trajectory:
     """The solution x(t) of x' = F(x, u, p) with x(times[0]) = initial, at the given times.
@@ -45,6 +52,8 @@ def simulate(
         parameters: SI values that replace those of the system for this run; nothing is compiled anew.
         time: how time passes, and the settings of that engine: `Continuous(...)`, or `Sampled(...)` for a plant in a
             loop with a processor.
+        events: what a continuous run reports in `events` besides saturation and end stops: `Crossing(...)`,
+            `Settling(...)`. A terminal crossing ends it.
         throw: raise where the end is not reached; otherwise the trajectory says so in `outcome` and ends there.
 
     Raises:
@@ -57,24 +66,55 @@ def simulate(
     """
     driven = _inputs(system, inputs)
     if isinstance(time, Sampled):
+        if events:
+            raise SimulationError(
+                "events of a sampled run", "it reports what happens at its samples by itself.", "Leave them out."
+            )
         known = parameter_values(default_values(system), parameters, system.name)
         at = _times(times)
         trajectory = run_sampled(system, _initial(system, initial), at, driven, known, time)
         return _finished(trajectory, float(at[-1])) if throw else trajectory
-    ready = prepared(system, shape_of(driven, system) if system.inputs else (), time)
+    ready = prepared(system, shape_of(driven, system) if system.inputs else (), time, tuple(events))
     state = _initial(system, initial)
     at = _times(times)
     if parameters is None and ready.ready is not None:
         known = ready.parameters
     else:
         known = parameter_values(ready.values, parameters, system.name)
-    end, states, outcome = _integrated(ready, state, at, driven, known, default=parameters is None)
-    trajectory = Trajectory(system=system, parameters=known, drive=driven, times=end, states=states, outcome=outcome)
+    run, happened = _integrated(ready, state, at, driven, known, default=parameters is None)
+    trajectory = Trajectory(
+        system=ready.shown,
+        parameters=known,
+        drive=driven,
+        times=run.times,
+        states=run.states,
+        outcome=run.outcome,
+        events=happened,
+    )
+    if ready.commands is not None:
+        trajectory = replace(trajectory, further=_limited(ready.commands, trajectory))
     return _finished(trajectory, float(at[-1])) if throw else trajectory
 
 
+def _limited(commands: Commands, trajectory: Trajectory) -> Mapping[str, Series]:
+    """What limited inputs would have been, and what they were."""
+    system = trajectory.system
+    known = {s.name: s for s in (*system.inputs, *system.outputs)}
+    values = commands.evaluate(
+        *trajectory.states.T, *trajectory.inputs.T, *(trajectory.parameters[p.name] for p in system.parameters)
+    )
+    found = {}
+    for k, name in enumerate(commands.names):
+        for role, suffix, row in (("command", "command", 2 * k), ("limited command", "limited", 2 * k + 1)):
+            signal = replace(known[name], name=f"{name}_{suffix}")
+            found[signal.name] = Series(
+                signal=signal, role=role, values=np.broadcast_to(values[row], trajectory.times.shape)
+            )
+    return found
+
+
 def _finished(trajectory: Trajectory, wanted: float) -> Trajectory:
-    if trajectory.outcome is not Outcome.FINISHED:
+    if trajectory.outcome not in (Outcome.FINISHED, Outcome.STOPPED):
         raise _failure(trajectory, wanted)
     return trajectory
 
@@ -87,50 +127,69 @@ def _integrated(
     parameters: Mapping[str, float],
     *,
     default: bool,
-) -> tuple[np.ndarray, np.ndarray, Outcome]:
+) -> tuple[Stretch, tuple[Event, ...]]:
+    flow = ready.flow
     breakpoints = _breakpoints(inputs, times) if inputs else None
-    if breakpoints is not None:
-        return _stretches(ready, state, times, breakpoints, inputs, parameters)
+    if breakpoints is not None or isinstance(flow, SwitchedFlow):
+        edges = [*times[:1], *(() if breakpoints is None else breakpoints), *times[-1:]]
+        return _stretches(ready, state, times, edges, inputs, parameters)
     start, end = float(times[0]), float(times[-1])
     values = ready.ready if default else None
     if values is None:
         values = stretch_values(ready, parameters, inputs, start, end)
-    with ready.flow.lock:
+    with flow.lock:
         if len(times) == 2:
-            final = ready.flow.final(state, start, end, values)
+            final = flow.final(state, start, end, values)
             if final is not None:
-                return times, np.array((state, final)), Outcome.FINISHED
-        run = ready.flow.run(state, times, values)
-    return run.times, run.states, run.outcome
+                return Stretch(times=times, states=np.array((state, final)), outcome=Outcome.FINISHED), ()
+        run = flow.run(state, times, values)
+    return run, (() if run.outcome is Outcome.FINISHED else _ended(run))
 
 
 def _stretches(
     ready: Prepared,
     state: np.ndarray,
     times: np.ndarray,
-    breakpoints: np.ndarray,
+    edges: list[Any],
     inputs: Mapping[str, Input],
     parameters: Mapping[str, float],
-) -> tuple[np.ndarray, np.ndarray, Outcome]:
+) -> tuple[Stretch, tuple[Event, ...]]:
     """One stretch after the other between the breakpoints of the inputs; breakpoints nobody asked for are dropped."""
-    edges = np.concatenate(([times[0]], breakpoints, [times[-1]]))
-    all_times, all_states = [times[:1]], [state[None, :]]
+    flow = ready.flow
+    course: Any = None
+    if isinstance(flow, SwitchedFlow):
+        course = new_course(flow.motion, ready.rules, float(times[-1] - times[0]))
+    all_times, all_states, outcome = [times[:1]], [state[None, :]], Outcome.FINISHED
     for start, end in pairwise(edges):
         inner = times[np.searchsorted(times, start, side="right") : np.searchsorted(times, end, side="left")]
         grid = np.concatenate(([start], inner, [end]))
         values = stretch_values(ready, parameters, inputs, float(start), float(end))
-        with ready.flow.lock:
-            run = ready.flow.run(state, grid, values)
-        if run.outcome is not Outcome.FINISHED:
+        with flow.lock:
+            if isinstance(flow, Flow):
+                run = flow.run(state, grid, values)
+            else:
+                course, run = flow.run(course, state, grid, values)
+        outcome = run.outcome
+        if outcome is not Outcome.FINISHED:
             all_times.append(run.times[1:])
             all_states.append(run.states[1:])
-            return np.concatenate(all_times), np.concatenate(all_states), run.outcome
+            break
         state = run.states[-1]
         asked = end == times[min(np.searchsorted(times, end), len(times) - 1)]
         keep = slice(1, None if asked else -1)
         all_times.append(grid[keep])
         all_states.append(run.states[keep])
-    return np.concatenate(all_times), np.concatenate(all_states), Outcome.FINISHED
+    whole = Stretch(times=np.concatenate(all_times), states=np.concatenate(all_states), outcome=outcome)
+    happened = () if course is None else course.finished(outcome)
+    return whole, (happened if outcome is Outcome.FINISHED else (*happened, *_ended(whole)))
+
+
+def _ended(run: Stretch) -> tuple[Event, ...]:
+    kinds = {Outcome.BLEW_UP: EventKind.BLEW_UP, Outcome.NOT_FINITE: EventKind.NOT_FINITE}
+    kind = kinds.get(run.outcome)
+    if kind is None:
+        return ()
+    return (Event(time=float(run.times[-1]), kind=kind, state=tuple(run.states[-1].tolist())),)
 
 
 def _breakpoints(inputs: Mapping[str, Input], times: np.ndarray) -> np.ndarray | None:

@@ -1,0 +1,201 @@
+"""`Course`: where a run with events stands: state, modes, contacts, and on which side of zero each watched value is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ulna.sim.event import Event, EventKind
+from ulna.sim.layout import Layout
+from ulna.sim.outcome import Outcome
+from ulna.symbolic.program.lowering.python_source import to_python
+from ulna.symbolic.program.modes import Moded
+
+MOMENT = 1e-10
+"""Part of a run that passes by hand after an event, so that no watched value is at zero when integration goes on."""
+
+PROBES = (1e-10, 1e-6, 1e-4)
+"""Parts of a run over which a value that starts at zero shows where it goes, one after the other until it does."""
+
+REST = 1e-9
+"""Part of a run: a rebound that would fly for less than this rests."""
+
+CHATTER = 100
+"""Changes at one instant after which nothing moves any more."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scheme:
+    """What a flow with events is compiled from.
+
+    Attributes:
+        moded: inputs → rates, watched values, guards. layout: where its inputs come from.
+        walls: (position, velocity) of each end stop, places among the states.
+        functions: (F,) for each event function the place of its value among watched values and guards. It is
+            side · weight · (value − level), all three at run time: positive until the event.
+    """
+
+    moded: Moded
+    layout: Layout
+    walls: tuple[tuple[int, int], ...]
+    functions: tuple[int, ...]
+
+
+class Motion:
+    """The kernel of a scheme in Python: rates and watched values at one instant."""
+
+    def __init__(self, scheme: Scheme) -> None:
+        self.scheme = scheme
+        self._evaluate = to_python(scheme.moded.kernel)
+        self._count = len(scheme.layout.states)
+
+    def __call__(self, at: Course, time: float, state: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
+        """((n,) rates as they are with the walls, watched values and guards)."""
+        layout = self.scheme.layout
+        found = self._evaluate(*layout.arguments(time, state.tolist(), at.values, at.saturated, at.modes))
+        rates = np.array(found[: self._count])
+        for contact, (position, velocity) in zip(at.contacts, self.scheme.walls, strict=True):
+            if contact:
+                rates[position] = rates[velocity] = 0.0
+        return rates, found[self._count :]
+
+    def moved(self, at: Course, span: float, steps: int = 1) -> np.ndarray:
+        """(n,) state a short span later, its error of third order (steps of Heun)."""
+        step, state = span / steps, at.state
+        for k in range(steps):
+            time = at.time + k * step
+            here, _ = self(at, time, state)
+            there, _ = self(at, time + step, state + step * here)
+            state = state + 0.5 * step * (here + there)
+        return state
+
+
+@dataclass(slots=True, kw_only=True)
+class Course:
+    """Where a run stands. Everything in it changes.
+
+    Attributes:
+        span: s, length of the whole run. values: constants and ramp coefficients of the stretch.
+        modes: of guards. saturated: of limits. contacts: of walls (−1 at the lower stop, 1 at the upper, else 0).
+        sides: (F,) of each event function: sign of value − level, 0 where it is not looked at. levels, weights: (F,).
+        events: what happened. outcome: how it ended, None while it goes on.
+    """
+
+    motion: Motion
+    span: float
+    time: float = 0.0
+    state: np.ndarray
+    values: list[float] = field(default_factory=list)
+    modes: list[float]
+    saturated: list[float]
+    contacts: list[float]
+    sides: np.ndarray
+    levels: np.ndarray
+    weights: np.ndarray
+    events: list[Event] = field(default_factory=list)
+    outcome: Outcome | None = None
+    watchers: Sequence[Any] = ()
+    begun: bool = False
+
+    def shown(self, function: int) -> float:
+        """Value − level of an event function."""
+        watched = self.motion(self, self.time, self.state)[1]
+        return watched[self.motion.scheme.functions[function]] - float(self.levels[function])
+
+    def distances(self, state: np.ndarray | None = None, time: float | None = None) -> np.ndarray:
+        """(F,) value − level of every event function, here or at another state."""
+        watched = self.motion(self, self.time if time is None else time, self.state if state is None else state)[1]
+        return np.array([watched[k] for k in self.motion.scheme.functions]) - self.levels
+
+    def side(self, function: int) -> float:
+        """Sign of value − level; of a value that is zero the sign that it has a moment later."""
+        found = _sign(self.shown(function))
+        for part in PROBES:
+            if found:
+                break
+            later = part * self.span
+            found = _sign(float(self.distances(self.motion.moved(self, later, 8), self.time + later)[function]))
+        return found
+
+    def tell(self, kind: EventKind, signal: str, direction: float) -> None:
+        """Keep an event that happens here and now."""
+        state = tuple(self.state.tolist())
+        self.events.append(Event(time=self.time, kind=kind, signal=signal, direction=int(direction), state=state))
+
+    def copied(self) -> Course:
+        """One that goes its own way."""
+        return replace(
+            self,
+            state=self.state.copy(),
+            modes=list(self.modes),
+            saturated=list(self.saturated),
+            contacts=list(self.contacts),
+            sides=self.sides.copy(),
+            levels=self.levels.copy(),
+            weights=self.weights.copy(),
+            events=list(self.events),
+            watchers=[copy(watcher) for watcher in self.watchers],
+        )
+
+    def enter(self, time: float, state: np.ndarray, values: list[float], until: float) -> None:
+        """Begin a stretch: modes, sides and contacts as inputs and state ask for."""
+        self.time, self.state, self.values = time, np.array(state, dtype=float), values
+        for watcher in self.watchers:
+            watcher.begin(self)
+        self.begun = True
+        self.weigh()
+        self.settle(until)
+
+    def weigh(self) -> None:
+        """Scale the event functions to 1: heyoka sizes its steps by them as well as by the states."""
+        here = np.abs(self.distances())
+        rates, _ = self.motion(self, self.time, self.state)
+        later = MOMENT * self.span
+        change = np.abs(self.distances(self.state + later * rates, self.time + later) - self.distances()) / later
+        largest = np.maximum(1.0, np.maximum(here, change))
+        self.weights[:] = np.where(np.isfinite(largest), 1.0 / largest, 1.0)
+
+    def react(self, function: int, until: float) -> None:
+        """Let an event happen that was found here, unless the value only touches its level, and go on from it."""
+        moment = self._moment(until)
+        beyond = self.distances(self.motion.moved(self, moment), self.time + moment)[function] * self.sides[function]
+        if not beyond > 0.0:
+            self._happen(function)
+        self.settle(until)
+
+    def settle(self, until: float) -> None:
+        """Move a moment on, not beyond a time; whatever is on the wrong side then happens now."""
+        here, moment = self.time, self._moment(until)
+        for _ in range(CHATTER):
+            if self.outcome is not None:
+                return
+            later = self.motion.moved(self, moment)
+            wrong = np.flatnonzero(self.sides * self.distances(later, here + moment) < 0.0)
+            if not len(wrong):
+                self.time, self.state = (until if moment == until - here else here + moment), later
+                for watcher in self.watchers:
+                    watcher.decide(self)
+                return
+            self._happen(int(wrong[0]))
+        self.outcome = Outcome.SLIDING
+
+    def _moment(self, until: float) -> float:
+        return min(max(MOMENT * self.span, 16.0 * math.ulp(self.time)), until - self.time)
+
+    def _happen(self, function: int) -> None:
+        next(watcher for watcher in self.watchers if function in watcher.functions).crossed(self, function)
+
+    def finished(self, outcome: Outcome) -> tuple[Event, ...]:
+        """What happened during the run, in order of time, once it is over."""
+        last = [event for watcher in self.watchers for event in watcher.last()] if outcome is Outcome.FINISHED else []
+        return tuple(sorted((*self.events, *last), key=lambda event: event.time))
+
+
+def _sign(value: float) -> float:
+    # A NaN is on no side.
+    return float(value > 0.0) - float(value < 0.0)

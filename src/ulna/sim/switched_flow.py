@@ -1,0 +1,130 @@
+"""A compiled Taylor integrator that stops at events, lets them happen and goes on."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+
+from ulna.sim.continuous import Continuous
+from ulna.sim.course import Course, Motion, Scheme
+from ulna.sim.flow import Stretch, compiled, ended_early, inside, sources
+from ulna.sim.outcome import Outcome
+from ulna.symbolic.program.modes import MODE
+
+
+class SwitchedFlow:
+    """The flow of a scheme. Hold `lock` while calling: the integrator is one piece of memory.
+
+    heyoka ends a step on the first zero of an event function. It is not trusted with what happens there: its own
+    way to go on hides whatever happens shortly after, and a function that is zero at the start of a step hides its
+    next zero. So each event ends the integration, and the next begins where every function is positive.
+    """
+
+    def __init__(self, scheme: Scheme, settings: Continuous) -> None:
+        import heyoka as hy
+
+        self._codes = hy.taylor_outcome
+        self.lock = threading.Lock()
+        self.motion = Motion(scheme)
+        self._scheme = scheme
+        self._settings = settings
+        self._plain = self._compiled(bounded=False)
+        self._bounded: Any = None
+
+    def run(self, began: Course, initial: np.ndarray, times: np.ndarray, values: list[float]) -> tuple[Course, Stretch]:
+        """Where the run stands at the end, and its states at the given times (N ≥ 2); `initial` holds at the first."""
+        course = began.copied()
+        stretch = self._attempted(self._plain, course, initial, times, values)
+        if stretch.outcome is not Outcome.NOT_FINITE and inside(stretch.states, self._settings.bound):
+            return course, stretch
+        # Only now is the bound worth its cost.
+        if self._bounded is None:
+            self._bounded = self._compiled(bounded=True)
+        course = began.copied()
+        return course, self._attempted(self._bounded, course, initial, times, values)
+
+    def _attempted(
+        self, integrator: Any, course: Course, initial: np.ndarray, times: np.ndarray, values: list[float]
+    ) -> Stretch:
+        states = np.empty((len(times), len(initial)))
+        states[0], done = initial, 1
+        course.enter(float(times[0]), initial, values, float(times[1]))
+        for _ in range(self._settings.maximum_steps):
+            while course.outcome is None and done < len(times) and times[done] <= course.time:
+                states[done] = course.state
+                done += 1
+            if course.outcome is not None:
+                return _stopped(course, times[:done], states[:done])
+            if done == len(times):
+                return Stretch(times=times, states=states, outcome=Outcome.FINISHED)
+            self._set(integrator, course)
+            grid = np.concatenate(([course.time], times[done:]))
+            result = integrator.propagate_grid(grid, max_steps=self._settings.maximum_steps)
+            code, rows = result[0], result[5][1:]
+            states[done : done + len(rows)] = rows
+            if code == self._codes.time_limit:
+                return Stretch(times=times, states=states, outcome=Outcome.FINISHED)
+            # heyoka names the event that ended a run by −1 − its place; the bound comes after all others.
+            function = -1 - code.value
+            if function not in range(len(self._scheme.functions)):
+                outcome = {self._codes.step_limit: Outcome.STEP_LIMIT, self._codes.err_nf_state: Outcome.NOT_FINITE}
+                course.outcome = outcome.get(code, Outcome.BLEW_UP)
+                at = done + len(rows)
+                return ended_early(integrator, initial, times[:at], states[:at], course.outcome)
+            done += len(rows)
+            course.time, course.state = float(integrator.time), integrator.state.copy()
+            course.react(function, float(times[min(done, len(times) - 1)]))
+        course.outcome = Outcome.STEP_LIMIT
+        return _stopped(course, times[:done], states[:done])
+
+    def _set(self, integrator: Any, course: Course) -> None:
+        scheme = self._scheme
+        integrator.time = course.time
+        integrator.state[:] = course.state
+        sides = course.sides * course.weights
+        # A function that is zero at the start hides its next zero.
+        levels = course.levels - course.sides * np.where(course.distances() == 0.0, _TINY / course.weights, 0.0)
+        given = [*course.values[: scheme.layout.first_mode], *course.saturated, *course.modes, *course.contacts]
+        given += [*levels, *sides]
+        integrator.pars[:] = given[: len(integrator.pars)]
+        integrator.reset_cooldowns()
+
+    def _compiled(self, *, bounded: bool) -> Any:
+        import heyoka as hy
+
+        from ulna.symbolic.program.lowering.heyoka import to_heyoka
+
+        scheme, layout = self._scheme, self._scheme.layout
+        variables = [hy.expression(f"s{k}") for k in range(len(layout.states))]
+        modes = [*layout.saturated, *(f"{MODE}{k}" for k in range(scheme.moded.guards))]
+        first = layout.first_mode
+        own = {name: hy.par[first + k] for k, name in enumerate(modes)}
+        given = to_heyoka(scheme.moded.kernel, sources(layout, variables) | own)
+        expressions = list(given.values())
+        rates, watched = expressions[: len(variables)], expressions[len(variables) :]
+        first += len(modes)
+        for k, places in enumerate(scheme.walls):
+            for place in places:
+                rates[place] = hy.select(hy.eq(hy.par[first + k], 0.0), rates[place], 0.0)
+        first += len(scheme.walls)
+        count = len(scheme.functions)
+        events = []
+        for k, place in enumerate(scheme.functions):
+            level, side = hy.par[first + k], hy.par[first + count + k]
+            # What is not looked at must not be met again and again.
+            function = hy.select(hy.eq(side, 0.0), 1.0, side * (watched[place] - level))
+            events.append(hy.t_event(function, direction=hy.event_direction.negative))
+        return compiled(variables, rates, self._settings, bounded=bounded, events=events)
+
+
+_TINY = 1e-17
+"""How far from zero, in units of its scale, an event function begins that would begin at zero."""
+
+
+def _stopped(course: Course, times: np.ndarray, states: np.ndarray) -> Stretch:
+    """What ended at an event: its time and state stand at the end."""
+    if course.time > times[-1]:
+        times, states = np.append(times, course.time), np.vstack([states, course.state])
+    return Stretch(times=times, states=states, outcome=course.outcome or Outcome.FINISHED)

@@ -1,0 +1,66 @@
+"""Limits, end stops and events of `ulna simulate`."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+from typer.testing import CliRunner
+
+from ulna.cli.main import app
+
+LOOP = ["--controller-poles", "-2+3.46j,-2-3.46j,-8", "--observer-poles", "-9,-10,-11"]
+ARM = ["simulate", "one_link_arm", "--initial", "1,0,0"]
+
+
+def ulna(*arguments: str):
+    return CliRunner().invoke(app, list(arguments), env={"COLUMNS": "160"})
+
+
+def test_limits_stops_and_events_are_reported_as_json():
+    asked = ["--limit", "u=-15:15", "--stop", "theta=-1:1:0.5", "--event", "top: omega", "--settle", "theta=0.549"]
+    done = ulna(*ARM, *LOOP, *asked, "--json")
+    assert done.exit_code == 0, done.output
+    data = json.loads(done.stdout)
+    assert max(map(abs, data["signals"]["u"])) == 15.0
+    assert max(data["signals"]["theta"]) == 1.0
+    kinds = {event["kind"] for event in data["events"]}
+    assert {"saturation_entered", "saturation_left", "end_stop_entered", "end_stop_left", "crossed"} <= kinds
+    crossed = [event for event in data["events"] if event["kind"] == "crossed"]
+    assert all(event["signal"] == "top" and abs(event["state"][1]) < 1e-12 for event in crossed)
+
+
+def test_a_run_ends_where_it_is_told_to():
+    data = json.loads(ulna(*ARM, "--until", "theta-pi/2", "--json").stdout)
+    assert data["outcome"] == "stopped"
+    assert data["signals"]["theta"][-1] == pytest.approx(math.pi / 2, abs=1e-12)
+    assert data["time"][-1] == data["events"][-1]["time"]
+
+
+def test_events_are_shown_in_a_table():
+    done = ulna(*ARM, "--event", "theta - 1.2")
+    assert "theta - 1.2" in done.stdout
+    assert "the expression passed through zero" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--limit", "u=2:1"], "not below"),
+        (["--limit", "u=1:2:3"], "3 numbers, 1 or 2 are due"),
+        (["--limit", "w=1"], "What can be limited: u"),
+        (["--limit", "1", "--limit", "u=2"], "Name them"),
+        (["--stop", "phi=0:1"], "there is no state 'phi'"),
+        (["--stop", "i=0:1"], "the rate of i is no state"),
+        (["--stop", "theta=2:1"], "not below"),
+        (["--stop", "theta=0:0.5"], "Start within the stops"),
+        (["--event", "thet - 1"], "Did you mean 'theta'"),
+        (["--settle", "z"], "no such output"),
+        (["--settle", "y=a"], "unknown symbol 'a'"),
+    ],
+)
+def test_wrong_rules_end_in_one_line(arguments: list[str], reason: str):
+    done = ulna(*ARM, *arguments)
+    assert done.exit_code == 2
+    assert reason in done.stderr.replace("\n", " ")
