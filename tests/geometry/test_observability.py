@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from ulna.base import UlnaError
+from ulna.base import Status, UlnaError
 from ulna.geometry.decomposition import (
     accessible_decomposition,
     accessible_structure,
@@ -135,3 +135,31 @@ def test_wrong_splits_are_refused() -> None:
 def test_a_complete_plant_has_nothing_to_split_off() -> None:
     assert accessible_decomposition(ARM).complete
     assert observable_decomposition(ARM).complete
+
+
+def test_rows_that_do_not_count_elsewhere_count_where_others_vanish() -> None:
+    seen = observability(plant({"x1": "x3**2", "x2": "x3", "x3": "-x1"}, {"y1": "x1", "y2": "x2"}))
+    assert (seen.indices, seen.rank.value) == ((2, 1), 3)
+    assert seen.at_point.value == 3
+    assert seen.observable_at_point.holds
+
+
+def test_a_rank_that_drops_with_two_outputs_is_proved_with_all_rows() -> None:
+    seen = observability(plant({"x1": "x3**2", "x2": "x1", "x3": "-x3"}, {"y1": "x1", "y2": "x2"}))
+    assert (seen.rank.value, seen.at_point.value) == (3, 2)
+    assert seen.at_point.verdict.status is Status.PROVED
+    assert seen.observable_at_point.fails
+
+
+def test_the_rank_at_rest_of_a_body_with_two_measured_angles_is_found_without_its_long_rows() -> None:
+    rates = {
+        "ph": "w1 + tan(th)*(sin(ph)*w2 + cos(ph)*w3)",
+        "th": "cos(ph)*w2 - sin(ph)*w3",
+        "ps": "(sin(ph)*w2 + cos(ph)*w3)/cos(th)",
+        "w1": "a1*w2*w3",
+        "w2": "a2*w1*w3",
+        "w3": "a3*w1*w2",
+    }
+    body = plant(rates, {"y1": "ph", "y2": "th"}, parameters={"a1": {}, "a2": {}, "a3": {}})
+    seen = observability(body)
+    assert (seen.rank.value, seen.at_point.value) == (5, 4)

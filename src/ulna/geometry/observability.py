@@ -15,6 +15,7 @@ from sympy import Expr, ImmutableDenseMatrix, Symbol
 
 from ulna.base import Status, Verdict
 from ulna.geometry.lie import lie_derivative
+from ulna.geometry.observability_at_point import rank_of_all_rows
 from ulna.geometry.smoothness import require_smooth
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at
@@ -83,7 +84,7 @@ def observability(system: System) -> Observability:
     rank = generic_rank(matrix)
     if len(chains) == 1:
         indices = (rank.value,)
-    local = _rank_at(view, matrix, here.where, full=len(chains) == 1)
+    local = _rank_at(view, matrix, here.where, rank)
     determinant = None
     if rank.value == matrix.rows == len(view.x):
         determinant = attempt(_SECONDS, "determinant", minor_determinant, matrix, rank).value
@@ -178,19 +179,16 @@ def _extends(kept: list[Expr], function: Expr, coordinates: tuple[Symbol, ...]) 
     return generic_rank(differentials((*kept, function), coordinates), seconds=0).value > len(kept)
 
 
-def _rank_at(view: ControlAffine, matrix: ImmutableDenseMatrix, point: Mapping[Symbol, Expr], *, full: bool) -> Rank:
-    """The rank there of all rows with k < n; the higher ones are formed only where the chosen ones do not suffice."""
+def _rank_at(view: ControlAffine, matrix: ImmutableDenseMatrix, point: Mapping[Symbol, Expr], rank: Rank) -> Rank:
+    """The rank there of all rows with k < n; the higher ones are looked at only where the chosen ones do not suffice.
+
+    Nowhere is it larger than the generic one.
+    """
     local = rank_at(matrix, point)
-    if full or local.value == len(view.x) or not len(view.h):
+    if len(view.h) < 2 or local.value >= rank.value:
         return local
-    functions: list[Expr] = []
-    for output in view.h:
-        chain = [output]
-        while len(chain) < len(view.x):
-            chain.append(lie_derivative(chain[-1], view.f, view.x))
-        functions += chain
-    found = attempt(_SECONDS, "rank", rank_at, differentials(tuple(functions), view.x), point)
-    return local if found.value is None or found.value.value < local.value else found.value
+    found = attempt(_SECONDS, "rank", rank_of_all_rows, view, point).value
+    return local if found is None or not found.verdict.holds else found
 
 
 def _full(rank: Rank, view: ControlAffine, where: str, matrix: ImmutableDenseMatrix) -> Verdict:

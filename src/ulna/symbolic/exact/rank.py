@@ -104,6 +104,28 @@ def rank_at(
     return Rank(value=rank.value, verdict=rank.verdict, point=where, rows=rank.rows, columns=rank.columns)
 
 
+def rank_of_balls(rows: Sequence[Sequence[arb]], *, point: Point) -> Rank:
+    """The rank of a matrix of numbers known as balls: certain from below, proved if the rest is exactly zero.
+
+    Args:
+        rows: (m, n); a NaN ball makes the verdict undecided.
+        point: where the numbers were taken, for the record.
+    """
+    claim = "the rank is known"
+    if any(not value.is_finite() for row in rows for value in row):
+        return Rank(value=0, verdict=_not_evaluated(claim), point=None, rows=(), columns=())
+    height, width = len(rows), len(rows[0]) if rows else 0
+    left = [list(row) for row in rows]
+    pivots = _eliminated(left, [0] * height, width)
+    value = len(pivots.rows)
+    claim = f"the rank is {value}"
+    evidence = {"point": point, "rows": pivots.rows, "columns": pivots.columns}
+    rest = [left[i][j] for i in range(height) if i not in pivots.rows for j in range(width) if j not in pivots.columns]
+    exact = value == min(height, width) or all(entry.is_zero() for entry in rest)
+    verdict = Verdict.proved(claim, **evidence) if exact else Verdict.supported(claim, **evidence, points=1)
+    return Rank(value=value, verdict=verdict, point=point, rows=pivots.rows, columns=pivots.columns)
+
+
 def value_at(expression: sp.Expr, point: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
     """The exact value, in lowest terms where 0/0 turns up; None if it is not finite."""
     value = sp.sympify(expression).xreplace(dict(point))
@@ -148,10 +170,13 @@ def _size(expression: sp.Basic, known: dict[sp.Basic, int]) -> int:
 
 
 def _pivots(values: Sequence[arb], shape: tuple[int, int], cost: Sequence[int]) -> _Pivots:
-    """Elimination column by column; among usable rows the cheapest one is the pivot, for short minors."""
     height, width = shape
-    rows = [list(values[i * width : (i + 1) * width]) for i in range(height)]
-    left = sorted(range(height), key=lambda i: (cost[i], i))
+    return _eliminated([list(values[i * width : (i + 1) * width]) for i in range(height)], cost, width)
+
+
+def _eliminated(rows: list[list[arb]], cost: Sequence[int], width: int) -> _Pivots:
+    """Elimination in place, column by column; among usable rows the cheapest one is the pivot, for short minors."""
+    left = sorted(range(len(rows)), key=lambda i: (cost[i], i))
     chosen_rows: list[int] = []
     chosen_columns: list[int] = []
     for column in range(width):
