@@ -17,6 +17,7 @@ from ulna.sim.job import Job
 from ulna.sim.outcome import Outcome
 from ulna.sim.prepared import default_values
 from ulna.sim.sampled.ensemble import sampled_figures
+from ulna.sim.sampled.gpu import Gpu
 from ulna.sim.sampled.sampled import Sampled
 from ulna.system import System
 
@@ -75,10 +76,12 @@ def run_ensemble(
     parameters: Mapping[str, Any] | None = None,
     inputs: Mapping[str, Any] | None = None,
     references: Mapping[str, Any] | None = None,
+    controller_initial: Mapping[str, Any] | None = None,
     targets: Mapping[str, Any] | None = None,
     seeds: np.ndarray | Sequence[int] | None = None,
     samples: int | None = None,
     threads: int | None = None,
+    device: Gpu | None = None,
 ) -> EnsembleResult:
     """N runs from 0 to the horizon, their figures taken along the way; memory does not grow with the horizon.
 
@@ -93,22 +96,36 @@ def run_ensemble(
         parameters: SI values by name, number or (N,).
         inputs: disturbances by name: number, (N,), or an input as of `simulate` that all runs share.
         references: by name number or (N,), in place of those in `Sampled`.
+        controller_initial: states of estimator and controller at the start by name, number or (N,), in place of
+            `Sampled(initial=...)`.
         targets: by output name where it should end: number or (N,), else 0.
         seeds: (N,) of the random numbers; by default the loop's seed plus the number of the run.
         samples: with `Continuous`, intervals of the grid on which the figures of the outputs are taken; by default only
             the end of each run is looked at and they are NaN. A sampled loop takes them at its samples.
         threads: how many to use, by default one for each core.
+        device: a `Gpu` to run a sampled loop on, instead of the processors.
 
     Raises:
         SimulationError: shapes and names that do not fit, values that are not finite. A run that blows up is one
             result and no error.
     """
     given = {"parameters": parameters, "inputs": inputs, "references": references, "targets": targets}
+    given["controller_initial"] = controller_initial
     count = _count(plant, initial, given, seeds)
     if not (0 < horizon < np.inf):
         raise SimulationError("horizon of the ensemble", f"{horizon} is not a positive time in s.")
     if samples is not None and samples < 1:
         raise SimulationError(f"run_ensemble(samples={samples})", "at least one interval is needed.")
+    if controller_initial and not isinstance(time, Sampled):
+        raise SimulationError(
+            "run_ensemble(controller_initial=...)",
+            "a continuous loop has no controller beside the plant.",
+            "Its states are among those of the plant: initial=.",
+        )
+    if device is not None and not isinstance(time, Sampled):
+        raise SimulationError(
+            "run_ensemble(device=...)", "continuous loops run on processors only.", "Leave it out, or give Sampled."
+        )
     names = [signal.name for signal in plant.inputs]
     shared, own = _split_inputs(inputs or {}, names, count, plant)
     first_seed = time.seed if isinstance(time, Sampled) else 0
@@ -120,11 +137,17 @@ def run_ensemble(
         inputs=shared,
         own_inputs=own,
         references={name: _per_run(f"reference '{name}'", value, count) for name, value in (references or {}).items()},
+        controller={
+            name: _per_run(f"initial '{name}'", value, count) for name, value in (controller_initial or {}).items()
+        },
         targets=_targets(plant, targets or {}, count),
         seeds=_seeds(seeds, first_seed, count),
         threads=threads or os.cpu_count() or 1,
     )
-    figures = sampled_figures(job, time) if isinstance(time, Sampled) else continuous_figures(job, time, samples)
+    if isinstance(time, Sampled):
+        figures = sampled_figures(job, time, device=device)
+    else:
+        figures = continuous_figures(job, time, samples)
     return EnsembleResult(plant=plant, horizon=float(horizon), **figures)
 
 

@@ -17,7 +17,9 @@ class Job:
 
     Attributes:
         initial: (N, n). parameters: (N, p) in the plant's order. inputs: what drives the plant's inputs alike in all
-            runs. own_inputs, references: what each run adds, by name: (N,). targets: (N, outputs). seeds: (N,) uint64.
+            runs. own_inputs, references: what each run adds, by name: (N,).
+        controller: states of estimator and controller at the start of each run, by name: (N,); the others as in the
+            loop. targets: (N, outputs). seeds: (N,) uint64.
     """
 
     plant: System
@@ -27,6 +29,7 @@ class Job:
     inputs: Mapping[str, Input]
     own_inputs: Mapping[str, np.ndarray]
     references: Mapping[str, np.ndarray]
+    controller: Mapping[str, np.ndarray]
     targets: np.ndarray
     seeds: np.ndarray
     threads: int

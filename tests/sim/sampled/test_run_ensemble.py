@@ -87,7 +87,7 @@ def test_block_size_place_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPa
     )
     assert _same(whole, mixed, order)
     alone = engine.sampled_figures
-    monkeypatch.setattr("ulna.sim.ensemble.sampled_figures", lambda job, time: alone(job, time, lanes=1))
+    monkeypatch.setattr("ulna.sim.ensemble.sampled_figures", lambda job, time, **_: alone(job, time, lanes=1))
     single = run_ensemble(ARM, initial, 2.0, time=ROUGH, parameters={"k": stiffness}, seeds=seeds)
     assert _same(whole, single)
 

@@ -193,7 +193,7 @@ def _observer_alone(times: np.ndarray) -> np.ndarray:
 
 
 def test_the_exact_hold_is_exact_where_what_is_injected_is_a_straight_line() -> None:
-    from ulna.sim.sampled.loop import held_matrices
+    from ulna.sim.sampled.constants import held_matrices
 
     F = np.array([[-8.0, 1.0], [-20.0, 0.0]])
     phi, g0, g1 = held_matrices(F, 0.05, interpolate=True)

@@ -10,6 +10,7 @@ import types
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from ulna.base import OptionalDependencyError
 
@@ -24,7 +25,7 @@ def cache_folder() -> Path:
 
 
 @lru_cache(maxsize=64)
-def compiled(source: str) -> Callable[..., int]:
+def compiled(source: str) -> Callable[..., Any]:
     """The function `loop` of a generated module.
 
     It is kept on disk under a name made from the source and the versions of Python, Numba and NumPy. A cache that
@@ -50,7 +51,7 @@ def compiled(source: str) -> Callable[..., int]:
     return _executed(name, source, f"<ulna {name}>", keep=False)
 
 
-def _executed(name: str, source: str, file: str, *, keep: bool) -> Callable[..., int]:
+def _executed(name: str, source: str, file: str, *, keep: bool) -> Callable[..., Any]:
     module = types.ModuleType(name)
     module.__file__ = file
     module.__dict__["CACHE"] = keep

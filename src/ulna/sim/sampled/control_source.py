@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ulna.sim.sampled.carried import CARRIED, carried
 from ulna.sim.sampled.discretisation import Euler, ExactHold, RungeKutta4
 from ulna.sim.sampled.loop_writer import LoopWriter
 from ulna.symbolic.program.hoist import HOISTED
@@ -24,49 +25,55 @@ def _controller_names(w: LoopWriter, z: list[str], y: list[str], u: list[str], r
     rows = {"z": z, "y": y, "u": u, "r": r}
     names = {f"{stem}{k}": text for stem, row in rows.items() for k, text in enumerate(row)}
     count = len(w.layout.wiring.controller.before.outputs)
-    return names | {f"{HOISTED}{k}": f"held[{k}]" for k in range(count)}
+    return names | {f"{HOISTED}{k}": w.constant(k) for k in range(count)}
+
+
+def outputs_at(w: LoopWriter, stem: str, time: str, disturbances: list[str]) -> list[str]:
+    """The plant's outputs (stem "o") or what is measured of it (stem "y") at the present state."""
+    layout, wiring = w.layout, w.layout.wiring
+    x, u = w.loads("x", layout.states), w.loads("ub", len(wiring.driven))
+    p = w.loads("p", len(wiring.plant.before.outputs))
+    return w.kernel(outputs_of(wiring.plant.main, stem), plant_names(x, u, disturbances, time, p))
+
+
+def write_noise(w: LoopWriter) -> None:
+    """The noise of a sample, in blocks of its own: it calls the mathematical library."""
+    for k, noisy in enumerate(w.layout.noisy):
+        if noisy:
+            with w.runs():
+                counter = f"np.uint64(k) * np.uint64({w.layout.channels}) + np.uint64({2 * k})"
+                w.store(f"noise{k}", f"{w.setting(f'std{k}')} * normal({w.seed}, {counter})")
 
 
 def write_measurement(w: LoopWriter) -> None:
     """Time of the sample, the plant's outputs and their figures, measured values with noise and steps."""
     layout, wiring = w.layout, w.layout.wiring
-    for k, noisy in enumerate(layout.noisy):
-        if noisy:
-            with w.runs():
-                counter = f"np.uint64(k) * np.uint64({layout.channels}) + np.uint64({2 * k})"
-                w.store(f"noise{k}", f"{w.setting(f'std{k}')} * normal(g[l], {counter})")
-    with w.runs():
-        if layout.jittered:
-            w.store("time", w.load("next"))
-            counter = f"np.uint64(k + 1) * np.uint64({layout.channels}) + np.uint64({layout.channels - 2})"
-            w.store("next", f"(k + 1) * {w.setting('period')} + {w.setting('jitter')} * uniform(g[l], {counter})")
-        else:
-            w.store("time", "time")
-        if layout.missing:
-            counter = f"np.uint64(k) * np.uint64({layout.channels}) + np.uint64({layout.channels - 1})"
-            # The first sample is never missed: the controller has to start.
-            lost = f"uniform(g[l], {counter}) < {w.setting('missed')} and k > 0"
-            w.store("missed", f"1.0 if {lost} else 0.0")
-    with w.runs():
-        x, u = w.loads("x", layout.states), w.loads("ub", len(wiring.driven))
-        d = [w.new(f"other{k} + {w.at(f'd{k}')}") for k in range(len(wiring.others))]
-        p = w.loads("p", len(wiring.plant.before.outputs))
-        names = plant_names(x, u, d, w.load("time"), p)
-        missed = w.load("missed") if layout.missing else None
-        kernel = restricted(wiring.plant.main, [label for label in wiring.plant.main.outputs if label[0] in "yo"])
-        values = dict(zip(kernel.outputs, w.kernel(kernel, names), strict=True))
-        for k in range(len(wiring.measured)):
-            value = _read(w, k, values[f"y{k}"])
-            older = w.load(f"yn{k}")
-            w.store(f"yo{k}", older)
-            w.store(f"yn{k}", value if missed is None else f"{older} if {missed} == 1.0 else {value}")
-        _write_figures(w, [values[f"o{k}"] for k in range(layout.outputs)])
+    time = "time"
+    if layout.jittered:
+        w.store("older_time", w.load("time"))
+        time = w.load("next")
+        w.store("time", time)
+        counter = f"np.uint64(k + 1) * np.uint64({layout.channels}) + np.uint64({layout.channels - 2})"
+        w.store("next", f"(k + 1) * {w.setting('period')} + {w.setting('jitter')} * uniform({w.seed}, {counter})")
+    if layout.missing:
+        counter = f"np.uint64(k) * np.uint64({layout.channels}) + np.uint64({layout.channels - 1})"
+        # The first sample is never missed: the controller has to start.
+        lost = f"uniform({w.seed}, {counter}) < {w.setting('missed')} and k > 0"
+        w.store("missed", f"1.0 if {lost} else 0.0")
+    d = [w.new(f"other{k} + {w.load(f'd{k}')}") for k in range(len(wiring.others))]
+    missed = w.load("missed") if layout.missing else None
+    for k, measured in enumerate(outputs_at(w, "y", time, d)):
+        value = _read(w, k, measured)
+        older = w.load(f"yn{k}")
+        w.store(f"yo{k}", older)
+        w.store(f"yn{k}", value if missed is None else f"{older} if {missed} == 1.0 else {value}")
+    _write_figures(w, outputs_at(w, "o", time, d))
 
 
 def _read(w: LoopWriter, k: int, value: str) -> str:
     layout = w.layout
     if layout.noisy[k]:
-        value = w.new(f"{value} + {w.at(f'noise{k}')}")
+        value = w.new(f"{value} + {w.load(f'noise{k}')}")
     if layout.quantised[k]:
         step = w.setting(f"step{k}")
         code = w.floor(w.new(f"{value} * {w.setting(f'codes{k}')} + 0.5"))
@@ -78,61 +85,92 @@ def _read(w: LoopWriter, k: int, value: str) -> str:
 
 
 def _write_figures(w: LoopWriter, outputs: list[str]) -> None:
-    """Start, last, least and most of each output, and the last time at which it came into its band."""
-    alive, time, before = w.load("alive"), w.load("time"), w.load("older_time")
+    """Last, least and most of each output; `entered` counts the runs that came into a band."""
     for k, value in enumerate(outputs):
-        target = w.load(f"target{k}")
-        first = w.new(f"{value} if k == 0 else {w.at(f'first{k}')}")
-        distance = w.new(f"abs({value} - {target})")
-        band = w.new(f"{w.setting('band')} * abs({target} - {first})")
-        older, outside, settled = w.load(f"distance{k}"), w.load(f"outside{k}"), w.load(f"settled{k}")
+        target, band, last = w.load(f"target{k}"), w.load(f"band{k}"), w.load(f"last{k}")
+        now, then = w.new(f"abs({value} - {target})"), w.new(f"abs({last} - {target})")
+        w.line(f"entered += 1 if {now} <= {band} and not {then} <= {band} else 0")
         least, most = w.load(f"least{k}"), w.load(f"most{k}")
-        inside = w.new(f"1.0 if {distance} <= {band} else 0.0")
-        # Where the straight line between the samples enters the band.
-        crossing = w.new(f"{before} + ({band} - {older}) / ({distance} - {older}) * ({time} - {before})")
-        entered = w.new(f"{crossing} if {inside} * {outside} == 1.0 else {settled}")
-        w.store(f"first{k}", first)
-        w.store(f"settled{k}", f"{entered} if {alive} == 1.0 else {settled}")
-        w.store(f"outside{k}", f"1.0 - {inside} if {alive} == 1.0 else {outside}")
-        w.store(f"distance{k}", distance)
-        # A run that ended keeps its figures, however long others of its block go on.
-        lower = w.new(f"{least} if {least} < {value} and k > 0 else {value}")
-        upper = w.new(f"{most} if {most} > {value} and k > 0 else {value}")
-        for name, now in (("last", value), ("least", lower), ("most", upper)):
-            w.store(f"{name}{k}", f"{now} if {alive} == 1.0 else {w.at(f'{name}{k}')}")
-    w.store("older_time", time)
-    w.store("end", f"{time} if {alive} == 1.0 else {w.at('end')}")
+        w.store(f"before{k}", last)
+        w.store(f"last{k}", value)
+        w.store(f"least{k}", f"{least} if {least} < {value} else {value}")
+        w.store(f"most{k}", f"{most} if {most} > {value} else {value}")
+
+
+def write_entries(w: LoopWriter) -> None:
+    """Where the straight line between the samples enters the band: seldom, one run after the other."""
+    if not w.layout.outputs:
+        return
+    with w.block("if entered != 0:"), w.each():
+        for k in range(w.layout.outputs):
+            target, band = w.at(f"target{k}"), w.at(f"band{k}")
+            w.line(f"now = abs({w.at(f'last{k}')} - {target})")
+            w.line(f"then = abs({w.at(f'before{k}')} - {target})")
+            with w.block(f"if now <= {band} and not then <= {band}:"):
+                time, earlier = "time", "earlier"
+                if w.layout.jittered:
+                    time, earlier = w.at("time"), w.at("older_time")
+                crossing = f"{earlier} + ({band} - then) / (now - then) * ({time} - {earlier})"
+                w.line(f"{w.at(f'settled{k}')} = {crossing}")
 
 
 def write_update(w: LoopWriter) -> None:
-    """The controller's states from the last sample to this one."""
+    """The controller's states from the last sample to this one; at the first they stay."""
     layout, wiring = w.layout, w.layout.wiring
-    with w.runs():
-        z = w.loads("z", layout.memory)
-        older, newer = w.loads("yo", len(wiring.measured)), w.loads("yn", len(wiring.measured))
-        u = w.loads("believed", len(wiring.driven))
-        own = w.loads("r", len(wiring.references))
-        before = [w.new(f"older{k} + {text}") for k, text in enumerate(own)]
-        after = [w.new(f"reference{k} + {text}") for k, text in enumerate(own)]
-        missed = w.load("missed") if layout.missing else None
-        alive = w.load("alive")
-        match layout.discretisation:
-            case Euler(substeps=steps, interpolate=interpolate):
-                z_new = _euler(w, z, (older, newer if interpolate else older), u, (before, before), steps)
-            case RungeKutta4(substeps=steps, interpolate=interpolate):
-                z_new = _runge_kutta(w, z, (older, newer if interpolate else older), u, (before, after), steps)
-            case ExactHold(interpolate=interpolate):
-                z_new = _exact(w, z, (older, newer), u, (before, after), interpolate=interpolate)
-        for k, advanced in enumerate(z_new):
-            value = advanced
-            if missed is not None:
-                value = w.new(f"{z[k]} if {missed} == 1.0 else {advanced}")
-            if k in layout.frozen:
-                w.store(f"kept{k}", z[k])
-            w.store(f"z{k}", f"{value} if {alive} == 1.0 else {z[k]}")
+    z = w.loads("z", layout.memory)
+    samples = w.loads("yo", len(wiring.measured)), w.loads("yn", len(wiring.measured))
+    u = w.loads("believed", len(wiring.driven))
+    own = w.loads("r", len(wiring.references))
+    before = [w.new(f"older{k} + {text}") for k, text in enumerate(own)]
+    after = [w.new(f"reference{k} + {text}") for k, text in enumerate(own)]
+    match layout.discretisation:
+        case Euler(substeps=steps, interpolate=interpolate):
+            z_new = _euler(w, _Row(w, "z'", samples, u, interpolate=interpolate), z, (before, before), steps)
+        case RungeKutta4(substeps=steps, interpolate=interpolate):
+            z_new = _runge_kutta(w, _Row(w, "z'", samples, u, interpolate=interpolate), z, (before, after), steps)
+        case ExactHold(interpolate=interpolate):
+            z_new = _exact(w, z, samples, u, (before, after), interpolate=interpolate)
+    missed = f" and {w.load('missed')} == 0.0" if layout.missing else ""
+    for k, advanced in enumerate(z_new):
+        w.store(f"z{k}", f"{advanced} if k > 0{missed} else {z[k]}")
+        if k in layout.frozen:
+            w.store(f"kept{k}", z[k])
 
 
 Pair = tuple[list[str], list[str]]
+
+
+class _Row:
+    """A row of the controller's kernel between two samples of y, with u held.
+
+    What is costly and depends on y alone is computed at each sample and handed on to the next one.
+    """
+
+    def __init__(self, w: LoopWriter, stem: str, samples: Pair, u: list[str], *, interpolate: bool) -> None:
+        wiring = w.layout.wiring
+        self.w, self.samples, self.u, self.interpolate = w, samples, u, interpolate
+        fixed = [f"y{k}" for k in range(len(wiring.measured))]
+        fixed += [f"{HOISTED}{k}" for k in range(len(wiring.controller.before.outputs))]
+        self.parts = carried(outputs_of(wiring.controller.main, stem), fixed)
+        slots = f"carried_{stem[0]}"
+        older = w.loads(slots, len(self.parts.before.outputs))
+        newer = self._costly(samples[1])
+        for k, value in enumerate(newer):
+            w.store(f"{slots}{k}", value)
+        self.known = {0.0: older, 1.0: newer}
+
+    def __call__(self, z: list[str], r: list[str], fraction: float) -> list[str]:
+        """The row for states z and references r, this part of a period after the older sample."""
+        at = fraction if self.interpolate else 0.0
+        y = _between(self.w, self.samples, at)
+        if at not in self.known:
+            self.known[at] = self._costly(y)
+        names = {f"{CARRIED}{k}": text for k, text in enumerate(self.known[at])}
+        return self.w.kernel(self.parts.main, names | _controller_names(self.w, z, y, self.u, r))
+
+    def _costly(self, y: list[str]) -> list[str]:
+        unused = dict.fromkeys(self.parts.before.inputs, "0.0")
+        return self.w.kernel(self.parts.before, unused | _controller_names(self.w, [], y, [], []))
 
 
 def _between(w: LoopWriter, pair: Pair, fraction: float) -> list[str]:
@@ -144,34 +182,30 @@ def _between(w: LoopWriter, pair: Pair, fraction: float) -> list[str]:
     return [w.new(f"{a} + {fraction!r} * ({b} - {a})") for a, b in zip(older, newer, strict=True)]
 
 
-def _rates(w: LoopWriter, z: list[str], y: list[str], u: list[str], r: list[str]) -> list[str]:
-    return w.kernel(outputs_of(w.layout.wiring.controller.main, "z'"), _controller_names(w, z, y, u, r))
-
-
-def _euler(w: LoopWriter, z: list[str], y: Pair, u: list[str], r: Pair, steps: int) -> list[str]:
+def _euler(w: LoopWriter, rates: _Row, z: list[str], r: Pair, steps: int) -> list[str]:
     h = w.new(f"{w.setting('period')} / {float(steps)}")
     for j in range(steps):
-        rates = _rates(w, z, _between(w, y, j / steps), u, _between(w, r, j / steps))
-        z = [w.new(f"fused({h}, {b}, {a})") for a, b in zip(z, rates, strict=True)]
+        z = moved(w, z, h, rates(z, _between(w, r, j / steps), j / steps))
     return z
 
 
-def _runge_kutta(w: LoopWriter, z: list[str], y: Pair, u: list[str], r: Pair, steps: int) -> list[str]:
+def _runge_kutta(w: LoopWriter, rates: _Row, z: list[str], r: Pair, steps: int) -> list[str]:
     h = w.new(f"{w.setting('period')} / {float(steps)}")
     half, sixth = w.new(f"0.5 * {h}"), w.new(f"{h} / 6.0")
     for j in range(steps):
-        y_at = [_between(w, y, (j + c) / steps) for c in (0.0, 0.5, 1.0)]
-        r_at = [_between(w, r, (j + c) / steps) for c in (0.0, 0.5, 1.0)]
-        k1 = _rates(w, z, y_at[0], u, r_at[0])
-        k2 = _rates(w, _moved(w, z, half, k1), y_at[1], u, r_at[1])
-        k3 = _rates(w, _moved(w, z, half, k2), y_at[1], u, r_at[1])
-        k4 = _rates(w, _moved(w, z, h, k3), y_at[2], u, r_at[2])
+        at = [(j + c) / steps for c in (0.0, 0.5, 1.0)]
+        r_at = [_between(w, r, c) for c in at]
+        k1 = rates(z, r_at[0], at[0])
+        k2 = rates(moved(w, z, half, k1), r_at[1], at[1])
+        k3 = rates(moved(w, z, half, k2), r_at[1], at[1])
+        k4 = rates(moved(w, z, h, k3), r_at[2], at[2])
         z = combined(w, z, sixth, (k1, k2, k3, k4))
     return z
 
 
-def _moved(w: LoopWriter, z: list[str], h: str, rates: list[str]) -> list[str]:
-    return [w.new(f"fused({h}, {b}, {a})") for a, b in zip(z, rates, strict=True)]
+def moved(w: LoopWriter, x: list[str], h: str, rates: list[str]) -> list[str]:
+    """x + h x'."""
+    return [w.new(f"fused({h}, {b}, {a})") for a, b in zip(x, rates, strict=True)]
 
 
 def combined(w: LoopWriter, x: list[str], sixth: str, k: tuple[list[str], ...]) -> list[str]:
@@ -181,53 +215,53 @@ def combined(w: LoopWriter, x: list[str], sixth: str, k: tuple[list[str], ...]) 
     ]
 
 
-def _exact(w: LoopWriter, z: list[str], y: Pair, u: list[str], r: Pair, *, interpolate: bool) -> list[str]:
+def _exact(w: LoopWriter, z: list[str], samples: Pair, u: list[str], r: Pair, *, interpolate: bool) -> list[str]:
     """Φ ẑ + G₀ w(y_k, u_k) + G₁ w(y_{k+1}, u_k); the law's states by the trapezoidal rule."""
     wiring = w.layout.wiring
     n = wiring.observed
     start = len(wiring.controller.before.outputs)
-    kernel = outputs_of(wiring.controller.main, "w")
-    w0 = w.kernel(kernel, _controller_names(w, z, y[0], u, r[0]))
-    w1 = w.kernel(kernel, _controller_names(w, z, y[1], u, r[0])) if interpolate else []
+    injected = _Row(w, "w", samples, u, interpolate=interpolate)
+    w0 = injected(z, r[0], 0.0)
+    w1 = injected(z, r[0], 1.0) if interpolate else []
     z_new = []
     for i in range(n):
-        terms = [f"held[{start + i * n + j}] * {z[j]}" for j in range(n)]
-        terms += [f"held[{start + (n + i) * n + j}] * {w0[j]}" for j in range(n)]
-        if interpolate:
-            terms += [f"held[{start + (2 * n + i) * n + j}] * {w1[j]}" for j in range(n)]
-        z_new.append(w.new(" + ".join(terms)))
+        value = "0.0"
+        for block, row in enumerate((z[:n], w0, w1)):
+            for j, text in enumerate(row):
+                value = w.new(f"fused({w.constant(start + (block * n + i) * n + j)}, {text}, {value})")
+        z_new.append(value)
     own = list(range(n, len(z)))
     if own:
         h = w.setting("period")
-        k1 = _rates(w, z, y[0], u, r[0])
-        guess = z_new + [w.new(f"{z[k]} + {h} * {k1[k]}") for k in own]
-        k2 = _rates(w, guess, y[1], u, r[1])
-        z_new += [w.new(f"{z[k]} + 0.5 * {h} * ({k1[k]} + {k2[k]})") for k in own]
+        rates = _Row(w, "z'", samples, u, interpolate=True)
+        k1 = rates(z, r[0], 0.0)
+        guess = z_new + [w.new(f"fused({h}, {k1[k]}, {z[k]})") for k in own]
+        k2 = rates(guess, r[1], 1.0)
+        z_new += [w.new(f"fused(0.5 * {h}, {k1[k]} + {k2[k]}, {z[k]})") for k in own]
     return z_new
 
 
 def write_command(w: LoopWriter) -> None:
     """Estimates, commands, their limits, the delay, and what the drive will make of them."""
     layout, wiring = w.layout, w.layout.wiring
-    with w.runs():
-        z, y = w.loads("z", layout.memory), w.loads("yn", len(wiring.measured))
-        u = w.loads("believed", len(wiring.driven))
-        r = [w.new(f"reference{k} + {w.at(f'r{k}')}") for k in range(len(wiring.references))]
-        missed = w.load("missed") if layout.missing else None
-        commands = _commanded(w, z, y, u, r)
-        estimates = w.kernel(outputs_of(wiring.controller.main, "e"), _controller_names(w, z, y, u, r))
-        for k, value in enumerate(estimates):
-            w.store(f"e{k}", value)
-        faulty = "0.0"
-        for k, computed in enumerate(commands):
-            command = computed
-            if missed is not None:
-                command = w.new(f"{w.at(f'c{k}')} if {missed} == 1.0 else {computed}")
-            w.store(f"c{k}", command)
-            # A NaN, an infinity: the difference is then no number.
-            faulty = w.new(f"{faulty} if {command} - {command} == 0.0 else 1.0")
-            w.store(f"wanted{k}", limited(w, k, command, w.load(f"h{k}_0")))
-        w.store("faulty", faulty)
+    z, y = w.loads("z", layout.memory), w.loads("yn", len(wiring.measured))
+    u = w.loads("believed", len(wiring.driven))
+    r = [w.new(f"reference{k} + {w.load(f'r{k}')}") for k in range(len(wiring.references))]
+    missed = w.load("missed") if layout.missing else None
+    commands = _commanded(w, z, y, u, r)
+    estimates = w.kernel(outputs_of(wiring.controller.main, "e"), _controller_names(w, z, y, u, r))
+    for k, value in enumerate(estimates):
+        w.store(f"e{k}", value)
+    faults = []
+    for k, computed in enumerate(commands):
+        command = computed
+        if missed is not None:
+            command = w.new(f"{w.load(f'c{k}')} if {missed} == 1.0 else {computed}")
+        w.store(f"c{k}", command)
+        # A NaN, an infinity: the difference is then no number, and no number is what it is added to.
+        faults.append(w.new(f"{command} - {command}"))
+        w.store(f"wanted{k}", limited(w, k, command, w.load(f"h{k}_0")))
+    w.store("faulty", " + ".join(faults))
     _write_delay(w)
 
 
@@ -240,7 +274,7 @@ def _commanded(w: LoopWriter, z: list[str], y: list[str], u: list[str], r: list[
         return commands
     kept = list(z)
     for k in layout.frozen:
-        kept[k] = w.new(f"{w.at(f'kept{k}')} if k > 0 else {z[k]}")
+        kept[k] = w.load(f"kept{k}")
     others = w.kernel(kernel, _controller_names(w, kept, y, u, r))
     beyond, beyond_kept = _excess(w, commands), _excess(w, others)
     frozen = w.new(f"1.0 if {beyond} > {beyond_kept} else 0.0")
@@ -280,22 +314,18 @@ def _write_delay(w: LoopWriter) -> None:
     """h_0 is the newest limited command, h_j the one j samples older; the plant gets h_m, before that h_{m+1}."""
     layout = w.layout
     m = layout.whole_delay
-    with w.runs():
-        for k in range(len(layout.wiring.driven)):
-            for j in range(m + layout.split, 0, -1):
-                w.store(f"h{k}_{j}", w.load(f"h{k}_{j - 1}"))
-            w.store(f"h{k}_0", w.load(f"wanted{k}"))
-    with w.runs():
-        for k in range(len(layout.wiring.driven)):
-            late = w.load(f"h{k}_{m}")
-            early = w.load(f"h{k}_{m + 1}") if layout.split else late
-            believed = late
-            if layout.split:
-                believed = w.new(f"{late} + {w.setting('fraction')} * ({early} - {late})")
-            w.store(f"believed{k}", believed)
-            mean = layout.bridged[k] and not layout.switched
-            w.store(f"ua{k}", _bridge(w, k, early) if mean else early)
-            w.store(f"ub{k}", _bridge(w, k, late) if mean else late)
+    for k in range(len(layout.wiring.driven)):
+        row = [w.load(f"wanted{k}"), *(w.load(f"h{k}_{j}") for j in range(m + layout.split))]
+        for j, value in enumerate(row):
+            w.store(f"h{k}_{j}", value)
+        late, early = row[m], row[m + layout.split]
+        believed = late
+        if layout.split:
+            believed = w.new(f"{late} + {w.setting('fraction')} * ({early} - {late})")
+        w.store(f"believed{k}", believed)
+        mean = layout.bridged[k] and not layout.switched[k]
+        w.store(f"ua{k}", _bridge(w, k, early) if mean else early)
+        w.store(f"ub{k}", _bridge(w, k, late) if mean else late)
 
 
 def pulse(w: LoopWriter, k: int, value: str) -> tuple[str, str]:

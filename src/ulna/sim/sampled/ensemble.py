@@ -1,7 +1,8 @@
-"""Many runs of a sampled loop: blocks of runs, blocks shared out to threads."""
+"""Many runs of a sampled loop: blocks of runs, blocks shared out to threads or handed to a GPU."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -9,52 +10,72 @@ import numpy as np
 
 from ulna.base import SimulationError
 from ulna.sim.job import Job
-from ulna.sim.sampled.loop import LANES, Loop, as_rows, disturbance_table, loop_of, reference_table, samples_of
+from ulna.sim.sampled.constants import memory_rows
+from ulna.sim.sampled.gpu import Gpu, run_on_gpu
+from ulna.sim.sampled.loop import LANES, Loop, loop_of
 from ulna.sim.sampled.sampled import Sampled
+from ulna.sim.sampled.tables import Tables, as_rows, disturbance_table, reference_table, samples_of
+from ulna.system import Signal
 
 
-def sampled_figures(job: Job, settings: Sampled, *, lanes: int = LANES) -> dict[str, Any]:
+def sampled_figures(job: Job, settings: Sampled, *, lanes: int = LANES, device: Gpu | None = None) -> dict[str, Any]:
     """The fields of an `EnsembleResult`.
 
     Args:
         job: the runs. settings: the loop. lanes: runs of a block; changes the speed, not one bit of the result.
+        device: run there instead of on the processors.
 
     Raises:
-        SimulationError: names that fit nothing.
+        SimulationError: names that fit nothing, a GPU that is not there.
     """
     count = samples_of(settings, 0.0, job.horizon)
-    loop = loop_of(job.plant, settings, job.inputs, lanes=lanes, recording=False)
-    wiring = loop.layout.wiring
-    runs = len(job.initial)
+    loop = loop_of(job.plant, settings, job.inputs, lanes=1 if device else lanes, gpu=device is not None)
     _check_own(job, loop)
-    # What each run has of its own takes the place of what all share.
-    references = reference_table(settings, wiring, count)
-    for k, signal in enumerate(wiring.references):
-        if signal.name in job.references:
-            references[:, k] = 0.0
-    zeros = np.zeros(runs)
-    own_references = [job.references.get(s.name, zeros) for s in wiring.references]
-    own_others = [job.own_inputs.get(s.name, zeros) for s in wiring.others]
-    known = {p.name: float(job.parameters[0, k]) for k, p in enumerate(job.plant.parameters)}
-    results = np.zeros((runs, len(loop.layout.results())))
-    shared = (
-        np.ascontiguousarray(job.initial),
-        np.ascontiguousarray(job.parameters),
-        references,
-        as_rows(runs, len(own_references), np.array(own_references).T if own_references else None),
-        disturbance_table(job.inputs, settings, wiring, count, known),
-        as_rows(runs, len(own_others), np.array(own_others).T if own_others else None),
-        job.seeds,
-        np.ascontiguousarray(job.targets),
-        results,
-        np.zeros((1, 1)),
-    )
+    tables = _tables(job, settings, loop, count)
+    results = np.zeros((len(job.initial), len(loop.results)))
+    if device is not None:
+        run_on_gpu(loop, device, count, tables, results)
+        return _figures(job, loop, results)
+
+    nothing = np.zeros((1, 1))
 
     def work(first: int, last: int) -> None:
-        loop.run(first, last, count, loop.values, loop.held, loop.memory, *shared)
+        loop.run(first, last, count, *tables.all(), results, nothing)
 
-    _shared_out(work, runs, lanes, job.threads)
+    _shared_out(work, len(job.initial), lanes, job.threads)
     return _figures(job, loop, results)
+
+
+def _tables(job: Job, settings: Sampled, loop: Loop, count: int) -> Tables:
+    wiring, runs = loop.layout.wiring, len(job.initial)
+    references = reference_table(settings, wiring, count)
+    # What each run has of its own takes the place of what all share.
+    replaced = [k for k, signal in enumerate(wiring.references) if signal.name in job.references]
+    if replaced:
+        references = references.copy()
+        references[:, replaced] = 0.0
+    known = {p.name: float(job.parameters[0, k]) for k, p in enumerate(job.plant.parameters)}
+    return Tables(
+        settings=loop.values,
+        held=loop.held,
+        memory=memory_rows(settings, wiring, job.controller, runs),
+        initial=as_rows(runs, loop.layout.states, job.initial),
+        parameters=np.ascontiguousarray(job.parameters),
+        references=references,
+        own_references=_own(runs, wiring.references, job.references),
+        others=disturbance_table(job.inputs, settings, wiring, count, known),
+        own_others=_own(runs, wiring.others, job.own_inputs),
+        seeds=job.seeds,
+        targets=np.ascontiguousarray(job.targets),
+    )
+
+
+def _own(runs: int, signals: tuple[Signal, ...], given: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(runs, signals) what each run adds, 0 where it adds nothing."""
+    table = np.zeros((runs, max(1, len(signals))))
+    for k, signal in enumerate(signals):
+        table[:, k] = given.get(signal.name, 0.0)
+    return table
 
 
 def _check_own(job: Job, loop: Loop) -> None:
@@ -87,7 +108,7 @@ def _shared_out(work: Any, runs: int, lanes: int, threads: int) -> None:
 
 def _figures(job: Job, loop: Loop, results: np.ndarray) -> dict[str, Any]:
     layout = loop.layout
-    table = dict(zip(layout.results(), results.T, strict=True))
+    table = dict(zip(loop.results, results.T, strict=True))
     inputs, outputs = range(len(layout.wiring.driven)), range(layout.outputs)
     end = table["end"]
 

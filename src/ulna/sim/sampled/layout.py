@@ -23,16 +23,18 @@ class Layout:
     Attributes:
         wiring: kernels and names.
         discretisation: of the controller.
-        plant_steps: per stretch of constant input.
+        plant_steps: per stretch of constant input. plant_order: of the steps.
         whole_delay: periods. split: whether the input changes within the period.
         saturated, slewed: per driven input. quantised, noisy: per measured value. bridged: per driven input.
-        switched: pulses integrated. frozen: places in the memory of integrals under anti-windup.
+        switched: per driven input, its pulses are integrated.
+        frozen: places in the memory of integrals under anti-windup.
         end_stops: walls. jittered, missing: of the clock. ramps: other inputs that change within a period.
     """
 
     wiring: Wiring
     discretisation: Discretisation
     plant_steps: int
+    plant_order: int
     whole_delay: int
     split: bool
     saturated: tuple[bool, ...]
@@ -40,7 +42,7 @@ class Layout:
     quantised: tuple[bool, ...]
     noisy: tuple[bool, ...]
     bridged: tuple[bool, ...]
-    switched: bool
+    switched: tuple[bool, ...]
     frozen: tuple[int, ...]
     end_stops: tuple[EndStopPlace, ...]
     jittered: bool
@@ -51,6 +53,11 @@ class Layout:
     def states(self) -> int:
         """n of the plant."""
         return sum(label.startswith("x'") for label in self.wiring.plant.main.outputs)
+
+    @property
+    def pulsed(self) -> bool:
+        """Whether the pulses of an input are integrated."""
+        return any(self.switched)
 
     @property
     def outputs(self) -> int:

@@ -2,81 +2,128 @@
 
 from __future__ import annotations
 
-from ulna.sim.sampled.control_source import combined, outputs_of, plant_names, pulse
+from ulna.sim.sampled.control_source import combined, moved, outputs_of, plant_names, pulse
 from ulna.sim.sampled.loop_writer import LoopWriter
 
 
 def write_period(w: LoopWriter) -> None:
-    """Runge-Kutta steps over the stretches of constant input of one period."""
+    """Runge-Kutta steps over the stretches of constant input of one period; `trouble` counts the runs that end."""
     layout = w.layout
+    driven = range(len(layout.wiring.driven))
+    names = [("early", "ua"), ("late", "ub")] if layout.split else [("late", "ub")]
+    inline = layout.plant_steps == 1 and not layout.pulsed
+    w.line("trouble = 0")
     with w.runs():
-        for k in range(layout.states):
-            w.store(f"was{k}", w.load(f"x{k}"))
-        span = w.new(f"{w.at('next')} - {w.at('time')}") if layout.jittered else w.setting("period")
-        w.store("span", span)
-        w.store("now", w.load("time"))
-        for k in range(len(layout.end_stops)):
-            w.store(f"hit{k}", "0.0")
+        _write_start(w)
         _write_effort(w)
-        if not layout.switched:
-            parts = [("early", w.setting("fraction")), ("late", f"(1.0 - {w.setting('fraction')})")]
-            for name, part in parts if layout.split else [("late", "1.0")]:
-                w.store(name, f"{span} * {part} / {float(layout.plant_steps)}")
-    if layout.switched:
-        _write_pulses(w)
+        if inline:
+            for length, inputs in names:
+                _write_step(w, length, [f"{inputs}{k}" for k in driven])
+            _write_check(w)
+    if inline:
         return
-    for name, inputs in (("early", "ua"), ("late", "ub")) if layout.split else (("late", "ub"),):
-        _write_steps(w, name, [f"{inputs}{k}" for k in range(len(layout.wiring.driven))])
+    if layout.pulsed:
+        _write_pulses(w, [inputs for _, inputs in names])
+    else:
+        for length, inputs in names:
+            _write_steps(w, [(length, [f"{inputs}{k}" for k in driven])])
+    with w.runs():
+        _write_check(w)
+
+
+def _write_start(w: LoopWriter) -> None:
+    """Lengths of the stretches, what the state was, and nothing hit yet."""
+    layout = w.layout
+    for k in range(layout.states):
+        w.store(f"was{k}", w.load(f"x{k}"))
+    span = w.new(f"{w.load('next')} - {w.load('time')}") if layout.jittered else w.setting("period")
+    w.store("span", span)
+    w.store("now", w.load("time") if layout.jittered else "time")
+    for k in range(len(layout.end_stops)):
+        w.store(f"hit{k}", "0.0")
+    fraction = w.setting("fraction")
+    parts = [("early", fraction), ("late", f"(1.0 - {fraction})")] if layout.split else [("late", "1.0")]
+    for name, part in parts:
+        w.store(name, f"{span} * {part} / {float(layout.plant_steps)}")
 
 
 def _write_effort(w: LoopWriter) -> None:
     """Largest |u| and the integral of u² over the period, of what the plant gets (with pulses: of what is asked)."""
     layout = w.layout
-    alive, span = w.load("alive"), w.load("span")
     for k in range(len(layout.wiring.driven)):
-        peak = w.load(f"peak{k}")
-        late, early = w.load(f"ub{k}"), w.load(f"ua{k}")
+        late, peak = w.load(f"ub{k}"), w.load(f"peak{k}")
         square = w.new(f"{late} * {late}")
         if layout.split:
-            square = w.new(f"{square} + {w.setting('fraction')} * ({early} * {early} - {square})")
-            peak = w.new(f"abs({early}) if abs({early}) > {peak} and {alive} == 1.0 else {peak}")
-        w.store(f"peak{k}", f"abs({late}) if abs({late}) > {peak} and {alive} == 1.0 else {peak}")
-        w.store(f"square{k}", f"{w.at(f'square{k}')} + {alive} * {square} * {span}")
+            early = w.load(f"ua{k}")
+            square = w.new(f"fused({w.setting('fraction')}, {early} * {early} - {square}, {square})")
+            peak = w.new(f"abs({early}) if abs({early}) > {peak} else {peak}")
+        w.store(f"peak{k}", f"abs({late}) if abs({late}) > {peak} else {peak}")
+        w.store(f"square{k}", f"fused({square}, {w.load('span')}, {w.load(f'square{k}')})")
 
 
-def _write_pulses(w: LoopWriter) -> None:
-    """Carrier periods of one pulse and one pause; the bridge takes a new command at the start of a period."""
+Stretch = tuple[str, list[str]]
+"""Slots of a length and of the inputs over it."""
+
+
+def _write_pulses(w: LoopWriter, phases: list[str]) -> None:
+    """Carrier periods, each cut at the ends of its pulses; the bridge takes a new command at the start of one."""
     layout = w.layout
-    with w.block(f"for c in range(int({w.setting('carriers')})):"):
+    driven = range(len(layout.wiring.driven))
+    pulsed = [k for k in driven if layout.switched[k]]
+    stretches = [(f"length{i}", [f"pulse{i}_{k}" for k in driven]) for i in range(len(pulsed) + 1)]
+    edges = ["0", f"int({w.setting('old_carriers')})"] if layout.split else ["0"]
+    for first, last, inputs in zip(edges, [*edges[1:], f"int({w.setting('carriers')})"], phases, strict=True):
         with w.runs():
-            value = w.load("ub0")
-            if layout.split:
-                value = w.new(f"{w.at('ua0')} if c < {w.setting('old_carriers')} else {value}")
-            height, part = pulse(w, 0, value)
-            length = w.new(f"{w.at('span')} / {w.setting('carriers')}")
-            w.store("height", height)
-            w.store("on", f"{length} * {part} / {float(layout.plant_steps)}")
-            w.store("off", f"{length} * (1.0 - {part}) / {float(layout.plant_steps)}")
-            w.store("zero", "0.0")
-        _write_steps(w, "on", ["height"])
-        _write_steps(w, "off", ["zero"])
+            given = [w.load(f"{inputs}{k}") for k in driven]
+            pulses = {k: pulse(w, k, given[k]) for k in pulsed}
+            ends = _sorted(w, [part for _, part in pulses.values()])
+            length = w.new(f"{w.load('span')} / ({w.setting('carriers')} * {float(layout.plant_steps)})")
+            for i, (begin, end) in enumerate(zip(["0.0", *ends], [*ends, "1.0"], strict=True)):
+                w.store(f"length{i}", f"{length} * ({end} - {begin})")
+                for k in driven:
+                    value = given[k]
+                    if k in pulses:
+                        height, part = pulses[k]
+                        value = w.new(f"{height} if {part} >= {end} else 0.0")
+                    w.store(f"pulse{i}_{k}", value)
+        with w.block(f"for c in range({first}, {last}):"):
+            _write_steps(w, stretches)
 
 
-def _write_steps(w: LoopWriter, length: str, inputs: list[str]) -> None:
-    steps = w.layout.plant_steps
-    with w.block(f"for j in range({steps}):"), w.runs():
-        _write_step(w, length, inputs)
+def _sorted(w: LoopWriter, values: list[str]) -> list[str]:
+    """The values in increasing order."""
+    row: list[str] = []
+    for value in values:
+        rest = value
+        for place, smaller in enumerate(row):
+            row[place] = w.new(f"{smaller} if {smaller} <= {rest} else {rest}")
+            rest = w.new(f"{rest} if {smaller} <= {rest} else {smaller}")
+        row.append(rest)
+    return row
+
+
+def _write_steps(w: LoopWriter, stretches: list[Stretch]) -> None:
+    """The steps of some stretches: those of one stretch after those of the one before."""
+    if w.layout.plant_steps == 1:
+        with w.runs():
+            for length, inputs in stretches:
+                _write_step(w, length, inputs)
+        return
+    for length, inputs in stretches:
+        with w.block(f"for j in range({w.layout.plant_steps}):"), w.runs():
+            _write_step(w, length, inputs)
 
 
 def _write_step(w: LoopWriter, length: str, inputs: list[str]) -> None:
-    """One classical Runge-Kutta step with the input held, then the walls."""
+    """One Runge-Kutta step with the input held, then the walls."""
     layout, wiring = w.layout, w.layout.wiring
     kernel = outputs_of(wiring.plant.main, "x'")
     h = w.load(length)
-    half, sixth = w.new(f"0.5 * {h}"), w.new(f"{h} / 6.0")
+    half = w.new(f"0.5 * {h}")
     x, u = w.loads("x", layout.states), [w.load(name) for name in inputs]
     p = w.loads("p", len(wiring.plant.before.outputs))
-    now, begun = w.load("now"), w.load("time")
+    now = w.load("now")
+    begun = w.load("time") if layout.jittered else "time"
     times = [now, w.new(f"{now} + {half}"), w.new(f"{now} + {h}")]
     own = w.loads("d", len(wiring.others))
     d = []
@@ -89,14 +136,14 @@ def _write_step(w: LoopWriter, length: str, inputs: list[str]) -> None:
     def rates(at: list[str], stage: int) -> list[str]:
         return w.kernel(kernel, plant_names(at, u, d[stage], times[stage], p))
 
-    def moved(step: str, slopes: list[str]) -> list[str]:
-        return [w.new(f"fused({step}, {b}, {a})") for a, b in zip(x, slopes, strict=True)]
-
     k1 = rates(x, 0)
-    k2 = rates(moved(half, k1), 1)
-    k3 = rates(moved(half, k2), 1)
-    k4 = rates(moved(h, k3), 2)
-    x_new = combined(w, x, sixth, (k1, k2, k3, k4))
+    k2 = rates(moved(w, x, half, k1), 1)
+    if layout.plant_order == 2:
+        x_new = moved(w, x, h, k2)
+    else:
+        k3 = rates(moved(w, x, half, k2), 1)
+        k4 = rates(moved(w, x, h, k3), 2)
+        x_new = combined(w, x, w.new(f"{h} / 6.0"), (k1, k2, k3, k4))
     _write_walls(w, x_new)
     for k, value in enumerate(x_new):
         w.store(f"x{k}", value)
@@ -115,26 +162,55 @@ def _write_walls(w: LoopWriter, x: list[str]) -> None:
         back = w.new(f"-{bounce} * {velocity}")
         slowed = w.new(f"{back} if {above} == 1.0 and {velocity} > 0.0 else {velocity}")
         x[wall.velocity] = w.new(f"{back} if {below} == 1.0 and {velocity} < 0.0 else {slowed}")
-        w.store(f"hit{k}", f"1.0 if {above} + {below} > 0.0 else {w.at(f'hit{k}')}")
+        w.store(f"hit{k}", f"1.0 if {above} + {below} > 0.0 else {w.load(f'hit{k}')}")
 
 
-def write_check(w: LoopWriter) -> None:
-    """End a run whose state passed the bound or is no number: it stands still from here, other runs go on."""
+def _write_check(w: LoopWriter) -> None:
+    """Count the runs whose state passed the bound or is no number; written so that a NaN is outside."""
+    norm = w.new(_norm(w.loads("x", w.layout.states), w.load("faulty")))
+    w.line(f"trouble += 0 if {norm} < {w.setting('bound_square')} else 1")
+
+
+def _norm(x: list[str], faulty: str) -> str:
+    """|x|², or no number where the command is none."""
+    text = faulty
+    for value in x:
+        text = f"fused({value}, {value}, {text})"
+    return text
+
+
+def write_ends(w: LoopWriter) -> None:
+    """End the runs in trouble, one after the other: their results are written here and now."""
     layout = w.layout
-    with w.runs():
-        alive, code, faulty = w.load("alive"), w.load("code"), w.load("faulty")
-        x, was = w.loads("x", layout.states), w.loads("was", layout.states)
-        norm = w.new(" + ".join(f"{value} * {value}" for value in x) or "0.0")
-        # Written so that a NaN is outside.
-        inside = w.new(f"1.0 if {norm} < {w.setting('bound_square')} else 0.0")
-        finite = w.new(f"1.0 - {faulty} if {norm} - {norm} == 0.0 else 0.0")
-        moves = w.new(f"{alive} * {finite}")
-        for k, value in enumerate(x):
-            w.store(f"x{k}", f"{value} if {moves} == 1.0 else {was[k]}")
-        blown = w.new(f"1.0 if {inside} == 0.0 else {code}")
-        ended = w.new(f"2.0 if {finite} == 0.0 else {blown}")
-        w.store("code", f"{ended} if {alive} == 1.0 else {code}")
-        time = w.load("span")
-        stop = w.new(f"{w.at('time')} + {time}")
-        w.store("end", f"{stop} if {moves} == 1.0 else {w.at('end')}")
-        w.store("alive", f"{moves} * {inside}")
+    # A state that is no number stays one: a run that ended is counted at every later sample.
+    with w.block(f"if trouble > {'ended' if layout.states else '0'}:"):
+        with w.each():
+            w.line(f"norm = {_norm([w.at(f'x{k}') for k in range(layout.states)], w.at('faulty'))}")
+            with w.block(f"if {w.at('alive')} == 1.0 and not norm < {w.setting('bound_square')}:"):
+                time = w.at("time") if layout.jittered else "time"
+                w.line("code = 1.0")
+                w.line(f"end = {time} + {w.at('span')}")
+                with w.block("if norm - norm != 0.0:"):
+                    w.line("code = 2.0")
+                    w.line(f"end = {time}")
+                    for k in range(layout.states):
+                        w.line(f"{w.at(f'x{k}')} = {w.at(f'was{k}')}")
+                write_results(w, "code", "end")
+                w.line(f"{w.at('alive')} = 0.0")
+                w.line("ended += 1")
+                for k in range(layout.states):
+                    w.line(f"{w.at(f'x{k}')} = math.nan")
+        with w.block(f"if ended == {w.lanes}:"):
+            w.line("break")
+
+
+def write_results(w: LoopWriter, code: str, end: str) -> None:
+    """One row of the results; the last block is filled up with copies of a run, which have none."""
+    with w.block("if base + l < last:"):
+        for name, column in w.layout.results().items():
+            value = {"code": code, "end": end}.get(name)
+            if name.startswith("outside"):
+                k = name.removeprefix("outside")
+                distance = f"abs({w.at(f'last{k}')} - {w.at(f'target{k}')})"
+                value = f"0.0 if {distance} <= {w.at(f'band{k}')} else 1.0"
+            w.line(f"results[base + l, {column}] = {value or w.at(name)}")

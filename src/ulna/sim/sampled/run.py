@@ -11,18 +11,11 @@ from ulna.base import SimulationError
 from ulna.sim.event import Event, EventKind, switched
 from ulna.sim.inputs import Held, Input
 from ulna.sim.outcome import Outcome
-from ulna.sim.sampled.loop import (
-    TINY,
-    Loop,
-    as_rows,
-    disturbance_table,
-    loop_of,
-    reference_table,
-    samples_of,
-)
+from ulna.sim.sampled.loop import Loop, loop_of
 from ulna.sim.sampled.sampled import Sampled
+from ulna.sim.sampled.tables import TINY, Tables, as_rows, disturbance_table, reference_table, samples_of
 from ulna.sim.trajectory import Series, Trajectory
-from ulna.system import Signal, System
+from ulna.system import System
 
 OUTCOMES = tuple(Outcome)
 """Outcome of each code that a compiled loop hands back: their order of definition."""
@@ -52,27 +45,23 @@ def run_sampled(
     wiring = loop.layout.wiring
     columns = loop.columns
     record = np.empty((len(columns), count + 1))
-    results = np.zeros((1, len(loop.layout.results())))
+    results = np.zeros((1, len(loop.results)))
     values = [parameters[p.name] for p in plant.parameters]
-    last = loop.run(
-        0,
-        1,
-        count,
-        loop.values,
-        loop.held,
-        loop.memory,
-        as_rows(1, len(initial), initial),
-        as_rows(1, len(values), values),
-        reference_table(settings, wiring, count),
-        as_rows(1, len(wiring.references)),
-        disturbance_table(inputs, settings, wiring, count, parameters),
-        as_rows(1, len(wiring.others)),
-        np.array([settings.seed], dtype=np.uint64),
-        as_rows(1, loop.layout.outputs),
-        results,
-        record,
+    tables = Tables(
+        settings=loop.values,
+        held=loop.held,
+        memory=loop.memory,
+        initial=as_rows(1, len(initial), initial),
+        parameters=as_rows(1, len(values), values),
+        references=reference_table(settings, wiring, count),
+        own_references=as_rows(1, len(wiring.references)),
+        others=disturbance_table(inputs, settings, wiring, count, parameters),
+        own_others=as_rows(1, len(wiring.others)),
+        seeds=np.array([settings.seed], dtype=np.uint64),
+        targets=as_rows(1, loop.layout.outputs),
     )
-    ended = dict(zip(loop.layout.results(), results[0].tolist(), strict=True))
+    last = loop.run(0, 1, count, *tables.all(), results, record)
+    ended = dict(zip(loop.results, results[0].tolist(), strict=True))
     outcome = OUTCOMES[int(ended["code"])]
     record = record[:, : last + 1]
     return _trajectory(plant, parameters, inputs, settings, loop, record, rows, outcome, ended)
@@ -163,26 +152,12 @@ def _finite(values: np.ndarray) -> np.ndarray:
 
 def _series(loop: Loop, record: np.ndarray, rows: np.ndarray, extra: int) -> dict[str, Series]:
     """Commands, limited commands, measured values, estimates and the controller's states by name."""
-    columns, wiring = loop.columns, loop.layout.wiring
-    groups = [
-        ("command", "{}_command", "c{}", wiring.driven),
-        ("limited command", "{}_limited", "h{}_0", wiring.driven),
-        ("measured", "{}_measured", "yn{}", wiring.measured),
-        ("estimate", "{}", "e{}", wiring.estimates),
-        ("memory", "{}", "z{}", wiring.memory),
-    ]
+    every = len(rows) == record.shape[1]
     found: dict[str, Series] = {}
-    for role, label, slot, signals in groups:
-        for k, signal in enumerate(signals):
-            name = label.format(signal.name)
-            row = columns.get(slot.format(k))
-            if row is None:
-                continue
-            values = record[row] if len(rows) == record.shape[1] else record[row, rows]
-            values = np.append(values, values[-1]) if extra else values
-            shown = Signal(name=name, unit=signal.unit, text=signal.text)
-            if name not in found:
-                found[name] = Series(signal=shown, role=role, values=values)
+    for row, role, signal in loop.series:
+        values = record[row] if every else record[row, rows]
+        values = np.append(values, values[-1]) if extra else values
+        found[signal.name] = Series(signal=signal, role=role, values=values)
     return found
 
 

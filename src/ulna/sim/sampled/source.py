@@ -2,61 +2,23 @@
 
 from __future__ import annotations
 
-from ulna.sim.sampled.control_source import write_command, write_measurement, write_update
+from ulna.sim.sampled.control_source import (
+    outputs_at,
+    write_command,
+    write_entries,
+    write_measurement,
+    write_noise,
+    write_update,
+)
+from ulna.sim.sampled.header import GPU_HEADER, HEADER
 from ulna.sim.sampled.layout import Layout
 from ulna.sim.sampled.loop_writer import LoopWriter
-from ulna.sim.sampled.plant_source import write_check, write_period
+from ulna.sim.sampled.plant_source import write_ends, write_period, write_results
 
-HEADER = '''"""Written by ulna; safe to delete."""
-
-import math
-
-import numba
-import numpy as np
-from numba.extending import intrinsic
-
-
-@intrinsic
-def fused(typing, a, b, c):
-    """a·b + c rounded once, written where it is meant, so that one run and many are rounded alike."""
-
-    def code(context, builder, signature, arguments):
-        return builder.fma(*arguments)
-
-    return numba.float64(numba.float64, numba.float64, numba.float64), code
-
-
-@numba.njit(error_model="numpy", cache=CACHE)
-def uniform(seed, counter):
-    """Counter-based: splitmix64 (G. L. Steele, D. Lea, C. H. Flood, OOPSLA 2014), 53 bits in [0, 1)."""
-    z = seed + np.uint64(0x9E3779B97F4A7C15) * (counter + np.uint64(1))
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    z = z ^ (z >> np.uint64(31))
-    return float(z >> np.uint64(11)) * 1.1102230246251565e-16
-
-
-@numba.njit(error_model="numpy", cache=CACHE)
-def normal(seed, counter):
-    """Box and Muller's transform of two neighbouring uniform numbers."""
-    radius = math.sqrt(-2.0 * math.log(1.0 - uniform(seed, counter)))
-    return radius * math.cos(6.283185307179586 * uniform(seed, counter + np.uint64(1)))
-
-
-@numba.njit(error_model="numpy", cache=CACHE)
-def scrambled(seed):
-    """Neighbouring seeds to distant streams."""
-    z = (seed ^ (seed >> np.uint64(33))) * np.uint64(0xFF51AFD7ED558CCD)
-    z = (z ^ (z >> np.uint64(33))) * np.uint64(0xC4CEB9FE1A85EC53)
-    return z ^ (z >> np.uint64(33))
-
-
-'''
-
-SIGNATURE = (
-    "int64(int64, int64, int64, float64[::1], float64[::1], float64[::1], float64[:, ::1], float64[:, ::1], "
+TYPES = (
+    "int64, int64, int64, float64[::1], float64[::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], "
     "float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], uint64[::1], float64[:, ::1], "
-    "float64[:, ::1], float64[:, ::1])"
+    "float64[:, ::1], float64[:, ::1]"
 )
 
 ARGUMENTS = (
@@ -74,37 +36,60 @@ def loop_source(layout: Layout, *, lanes: int, recording: bool) -> tuple[str, tu
         recording: keep the numbers of every sample; for one run.
     """
     w = LoopWriter(layout, lanes)
+    _write_blocks(w, f"for base in range(first, last, {lanes}):", recording=recording)
+    w.line("return k")
+    decorator = f'@numba.njit("int64({TYPES})", error_model="numpy", nogil=True, cache=CACHE)'
+    return _module(HEADER, decorator, w), tuple(w.settings)
+
+
+def gpu_source(layout: Layout) -> tuple[str, tuple[str, ...]]:
+    """The same for a GPU: each of its threads takes one run after the other."""
+    w = LoopWriter(layout, 1)
+    _write_blocks(w, "for base in range(first + cuda.grid(1), last, cuda.gridsize(1)):", recording=False)
+    return _module(GPU_HEADER, "@cuda.jit(cache=CACHE)", w), tuple(w.settings)
+
+
+def _module(header: str, decorator: str, w: LoopWriter) -> str:
+    lines = [decorator, f"def loop({ARGUMENTS}):", *(f"    {text}" for text in _first_lines(w)), *w.finished()]
+    return header + "\n".join(lines) + "\n"
+
+
+def _write_blocks(w: LoopWriter, head: str, *, recording: bool) -> None:
+    """The runs block after block, each over all samples."""
     w.depth = 1
-    with w.block(f"for base in range(first, last, {lanes}):"):
+    with w.block(head):
         _write_start(w)
         with w.block("for k in range(count + 1):"):
             _write_sample(w, recording=recording)
-        _write_end(w)
-    w.line("return k")
-    head = [
-        f'@numba.njit("{SIGNATURE}", error_model="numpy", nogil=True, cache=CACHE)',
-        f"def loop({ARGUMENTS}):",
-        f"    s = np.zeros({len(w.slots) * lanes})",
-        f"    g = np.zeros({lanes}, dtype=np.uint64)",
-        "    k = 0",
-        "    l = 0",
-        *(f"    f_{name} = settings[{place}]" for place, name in enumerate(w.settings)),
-    ]
-    return HEADER + "\n".join(head + w.lines) + "\n", tuple(w.settings)
+        time = w.at("time") if w.layout.jittered else "time"
+        with w.each(), w.block(f"if {w.at('alive')} == 1.0:"):
+            write_results(w, "0.0", time)
+
+
+def _first_lines(w: LoopWriter) -> list[str]:
+    lines = ["k = 0", "l = 0", "time = 0.0"]
+    if w.lanes > 1:
+        lines += [f"s = np.zeros({w.size()})", f"g = np.zeros({w.lanes}, dtype=np.uint64)"]
+    lines += [f"f_{name} = settings[{place}]" for place, name in enumerate(w.settings)]
+    return lines + [f"b{place} = held[{place}]" for place in sorted(w.constants)]
 
 
 def _write_start(w: LoopWriter) -> None:
+    """Everything as it is before the first sample."""
     layout = w.layout
     wiring = layout.wiring
-    w.line("s[:] = 0.0")
-    with w.block(f"for l in range({w.lanes}):"):
+    w.reset()
+    w.line("ended = 0")
+    for k in range(len(wiring.others)):
+        w.line(f"other{k} = others[0, {2 * k}]")
+    with w.runs():
         # The last block is filled up with copies of the last run, which nobody asks for.
         w.line("run = min(base + l, last - 1)")
-        w.line("g[l] = scrambled(seeds[run])")
+        w.line(f"{w.seed} = scrambled(seeds[run])")
         for k in range(layout.states):
             w.store(f"x{k}", f"initial[run, {k}]")
         for k in range(layout.memory):
-            w.store(f"z{k}", f"memory[{k}]")
+            w.store(f"z{k}", f"memory[run, {k}]")
         names = {name: w.new(f"parameters[run, {k}]") for k, name in _places("p", wiring.plant.before.inputs)}
         for k, value in enumerate(w.kernel(wiring.plant.before, names)):
             w.store(f"p{k}", value)
@@ -112,12 +97,18 @@ def _write_start(w: LoopWriter) -> None:
             w.store(f"r{k}", f"own_references[run, {k}]")
         for k in range(len(wiring.others)):
             w.store(f"d{k}", f"own_others[run, {k}]")
-        for k in range(layout.outputs):
-            w.store(f"target{k}", f"targets[run, {k}]")
-            w.store(f"settled{k}", "0.0")
         w.store("alive", "1.0")
+        time = "0.0"
         if layout.jittered:
-            w.store("next", f"{w.setting('jitter')} * uniform(g[l], np.uint64({layout.channels - 2}))")
+            time = w.new(f"{w.setting('jitter')} * uniform({w.seed}, np.uint64({layout.channels - 2}))")
+            w.store("next", time)
+        d = [w.new(f"other{k} + {w.load(f'd{k}')}") for k in range(len(wiring.others))]
+        for k, value in enumerate(outputs_at(w, "o", time, d)):
+            target = w.new(f"targets[run, {k}]")
+            w.store(f"target{k}", target)
+            w.store(f"band{k}", f"{w.setting('band')} * abs({target} - {value})")
+            for name in ("first", "last", "least", "most"):
+                w.store(f"{name}{k}", value)
 
 
 def _places(stem: str, names: tuple[str, ...]) -> list[tuple[int, str]]:
@@ -127,6 +118,8 @@ def _places(stem: str, names: tuple[str, ...]) -> list[tuple[int, str]]:
 def _write_sample(w: LoopWriter, *, recording: bool) -> None:
     layout = w.layout
     w.line(f"time = k * {w.setting('period')}")
+    w.line(f"earlier = (k - 1) * {w.setting('period')}")
+    w.line("entered = 0")
     for k in range(len(layout.wiring.references)):
         w.line(f"reference{k} = references[k, {k}]")
         w.line(f"older{k} = references[max(k - 1, 0), {k}]")
@@ -134,31 +127,18 @@ def _write_sample(w: LoopWriter, *, recording: bool) -> None:
         w.line(f"other{k} = others[k, {2 * k}]")
         if layout.ramps:
             w.line(f"slope{k} = others[k, {2 * k + 1}]")
-    write_measurement(w)
-    if layout.memory:
-        with w.block("if k > 0:"):
+    write_noise(w)
+    with w.runs():
+        write_measurement(w)
+        if layout.memory:
             write_update(w)
-    write_command(w)
+        write_command(w)
+    write_entries(w)
     if recording:
         for name, column in layout.columns().items():
-            w.line(f"record[{column}, k] = {w.at(name)}")
+            # Without jitter all runs share their time.
+            w.line(f"record[{column}, k] = {'time' if name == 'time' and not layout.jittered else w.at(name)}")
     with w.block("if k == count:"):
         w.line("break")
     write_period(w)
-    write_check(w)
-    if recording:
-        with w.block(f"if {w.at('alive')} == 0.0:"):
-            w.line("break")
-    else:
-        with w.block("if k % 64 == 63:"):
-            w.line("living = 0.0")
-            with w.block(f"for l in range({w.lanes}):"):
-                w.line(f"living += {w.at('alive')}")
-            with w.block("if living == 0.0:"):
-                w.line("break")
-
-
-def _write_end(w: LoopWriter) -> None:
-    with w.block(f"for l in range({w.lanes}):"), w.block("if base + l < last:"):
-        for name, column in w.layout.results().items():
-            w.line(f"results[base + l, {column}] = {w.at(name)}")
+    write_ends(w)

@@ -6,15 +6,16 @@ otherwise than its scalar ones. Written out, a run gives the same bits alone, in
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from ulna.symbolic.program.instructions import Operation
 from ulna.symbolic.program.kernel import Kernel
 from ulna.symbolic.program.lowering.python_source import TEMPLATES, literal
 
 ROUNDING = "6755399441055744.0"
-"""1.5 · 2^52: adding and subtracting it rounds to the nearest whole number."""
-
+"""1.5 · 2^52: adding and subtracting it rounds to the nearest whole number, whose last bit ends the sum."""
+INVERSE_PI, PI_HIGH, PI_LOW = "0.3183098861837907", "3.141592653589793", "1.2246467991473532e-16"
+_SUMS = (Operation.ADD, Operation.SUB)
 
 LAMBERT_ABOVE = (1.0, 0.13725490196078433, 0.00392156862745098, 2.8729440494146376e-05, 2.901963686277412e-08)
 LAMBERT_BELOW = (1.0, 0.47058823529411764, 0.027450980392156862, 0.00040221216691804925, 1.3058836588248353e-06)
@@ -41,25 +42,61 @@ class Writer:
         return name
 
     def kernel(self, kernel: Kernel, names: Mapping[str, str]) -> list[str]:
-        """The kernel's instructions, inputs under the given names; the names of its results."""
+        """The kernel's instructions, inputs under the given names; the names of its results.
+
+        A product that is added or subtracted is fused with the sum, as written here and not as the compiler likes, so
+        that all lowerings of the text round alike.
+        """
         values = [names[name] for name in kernel.inputs]
+        # Products wait until somebody needs their value; most are only added to something.
+        waiting: dict[int, tuple[str, str]] = {}
+
+        def value_of(k: int) -> str:
+            if k in waiting:
+                left, right = waiting.pop(k)
+                values[k] = self.new(f"{left} * {right}")
+            return values[k]
+
         for instruction in kernel.instructions:
-            operation = instruction.operation
+            operation, operands = instruction.operation, instruction.operands
             if operation is Operation.CONSTANT:
                 values.append(literal(instruction))
-                continue
-            operands = [values[k] for k in instruction.operands]
-            if operation is Operation.SIN:
-                values.append(self._sine(operands[0]))
-            elif operation is Operation.COS:
-                values.append(self._cosine(operands[0]))
-            elif operation is Operation.TANH:
-                values.append(self._hyperbolic_tangent(operands[0]))
-            elif operation is Operation.FLOOR:
-                values.append(self.floor(operands[0]))
+            elif operation is Operation.MUL:
+                waiting[len(values)] = (value_of(operands[0]), value_of(operands[1]))
+                values.append("")
+            elif operation in _SUMS and (operands[0] in waiting or operands[1] in waiting):
+                values.append(self._fused(operation, operands, waiting, value_of))
             else:
-                values.append(self.new(TEMPLATES[operation].format(*operands)))
-        return [values[result] for result in kernel.results]
+                values.append(self._applied(operation, [value_of(k) for k in operands]))
+        return [value_of(result) for result in kernel.results]
+
+    def _fused(
+        self,
+        operation: Operation,
+        operands: tuple[int, ...],
+        waiting: Mapping[int, tuple[str, str]],
+        value_of: Callable[[int], str],
+    ) -> str:
+        """a + b·c, a − b·c or a·b − c; of two products the second one is fused."""
+        first, second = operands
+        minus = operation is Operation.SUB
+        if second in waiting:
+            left, right = waiting[second]
+            return self.new(f"fused({f'-{left}' if minus else left}, {right}, {value_of(first)})")
+        left, right = waiting[first]
+        other = value_of(second)
+        return self.new(f"fused({left}, {right}, {f'-{other}' if minus else other})")
+
+    def _applied(self, operation: Operation, operands: list[str]) -> str:
+        if operation is Operation.SIN:
+            return self._sine(operands[0])
+        if operation is Operation.COS:
+            return self._cosine(operands[0])
+        if operation is Operation.TANH:
+            return self._hyperbolic_tangent(operands[0])
+        if operation is Operation.FLOOR:
+            return self.floor(operands[0])
+        return self.new(TEMPLATES[operation].format(*operands))
 
     def floor(self, value: str) -> str:
         """The largest whole number not above it; numbers from 2^51 on are whole for this purpose."""
@@ -68,15 +105,18 @@ class Writer:
         return self.new(f"{whole} if abs({value}) < 2251799813685248.0 else {value}")
 
     def _sine(self, angle: str) -> str:
-        n = self.new(f"fused({angle}, 0.3183098861837907, {ROUNDING}) - {ROUNDING}")
-        value = self._sine_near_zero(angle, n)
-        return self.new(f"{value} if 2.0 * (({n} * 0.5 + {ROUNDING}) - {ROUNDING}) == {n} else -{value}")
+        """sin x = ± sin(x − n π) for even and odd n."""
+        turns = self.new(f"fused({angle}, {INVERSE_PI}, {ROUNDING})")
+        n = self.new(f"{turns} - {ROUNDING}")
+        r = self.new(f"fused({n}, -{PI_LOW}, fused({n}, -{PI_HIGH}, {angle}))")
+        return self.new(f"flipped({self._sine_near_zero(r)}, {turns})")
 
     def _cosine(self, angle: str) -> str:
-        """cos x = ∓ sin(x − (j + 1/2) π) for even and odd j."""
-        j = self.new(f"({angle} * 0.3183098861837907 - 0.5 + {ROUNDING}) - {ROUNDING}")
-        value = self._sine_near_zero(angle, self.new(f"{j} + 0.5"))
-        return self.new(f"-{value} if 2.0 * (({j} * 0.5 + {ROUNDING}) - {ROUNDING}) == {j} else {value}")
+        """cos x = ± sin((j + 1/2) π − x) for even and odd j."""
+        turns = self.new(f"fused({angle}, {INVERSE_PI}, -0.5) + {ROUNDING}")
+        n = self.new(f"({turns} - {ROUNDING}) + 0.5")
+        r = self.new(f"fused({n}, {PI_LOW}, fused({n}, {PI_HIGH}, -{angle}))")
+        return self.new(f"flipped({self._sine_near_zero(r)}, {turns})")
 
     def _hyperbolic_tangent(self, value: str) -> str:
         """tanh x within 2e-15: Lambert's continued fraction, cut after nine terms, at x/16, then doubled four times.
@@ -99,22 +139,23 @@ class Writer:
             text = f"fused({x}, {text}, {value!r})"
         return text
 
-    def _sine_near_zero(self, angle: str, turns: str) -> str:
-        """sin(x − n π) for |x − n π| ≤ π/2: within 3e-16 up to 1e6 rad, then within the spacing of doubles there.
+    def _sine_near_zero(self, r: str) -> str:
+        """sin r for |r| ≤ π/2, for |x| < 1e3 rad within 2 units in the last place down to 1e-13, within 1e-29 below.
 
-        π is the sum of 33 bits, whose products with n are exact, and 53 more. The polynomial interpolates
-        (sin r − r)/r³ in r² at Chebyshev's points; its two halves are computed side by side.
+        Farther out the distance to the next zero is known to |x| 1e-33. π is the sum of two doubles; the fused
+        difference of the angle and n times the first one is exact. The polynomial interpolates (sin r − r)/r³ in r² at
+        Chebyshev's points; its two halves are computed side by side.
         Reference: W. J. Cody, W. Waite, "Software Manual for the Elementary Functions", 1980, chapter 8.
         """
-        r = self.new(f"fused({turns}, -1.2154201013012384e-10, fused({turns}, -3.1415926534682512, {angle}))")
         w = self.new(f"{r} * {r}")
         q = self.new(f"{w} * {w}")
-        even = self.new(
-            f"fused({q}, fused({q}, fused({q}, -7.643963964341869e-13, -2.5052107613933993e-08), "
-            "-0.00019841269841254885), -0.16666666666666666)"
-        )
         odd = self.new(
-            f"fused({q}, fused({q}, fused({q}, 2.7313658477694193e-15, 1.6058977114025027e-10), "
-            "2.7557319219139174e-06), 0.008333333333333316)"
+            f"fused({q}, fused({q}, fused({q}, 2.7216780035058983e-15, 1.605894190347732e-10), "
+            "2.7557319211744394e-06), 0.008333333333333208)"
         )
-        return self.new(f"fused({r} * {w}, fused({w}, {odd}, {even}), {r})")
+        even = self.new(
+            f"fused({q}, fused({q}, -7.64304346538988e-13, -2.5052106921615934e-08), -0.00019841269841213368)"
+        )
+        # The largest coefficient comes last, so that its rounding is the only one that counts.
+        value = self.new(f"fused({w}, fused({w}, {even}, {odd}), -0.16666666666666666)")
+        return self.new(f"fused({r} * {w}, {value}, {r})")
