@@ -96,7 +96,7 @@ class Cluster:
 
     def part_size(self, runs: int) -> int:
         """Parts for many workers, each still worth the trip."""
-        return min(PART, max(-(-runs // 64), 250))
+        return min(PART, max(-(-runs // 64), 500))
 
     def parts(self, settings: str, versions: Mapping[str, str], spans: Iterable[Span]) -> Iterator[tuple[Span, bytes]]:
         """Each part with its bytes.
