@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from ulna.design import extended_kalman_filter as extended_kalman_filter
     from ulna.design import flat_output as flat_output
     from ulna.design import high_gain_observer as high_gain_observer
+    from ulna.design import injected_observer as injected_observer
     from ulna.design import input_output_form as input_output_form
     from ulna.design import normal_form as normal_form
     from ulna.design import observer_form as observer_form
@@ -131,6 +132,7 @@ _HOME = {
     "flat_output": "ulna.design",
     "from_control": "ulna.sim.python_control",
     "high_gain_observer": "ulna.design",
+    "injected_observer": "ulna.design",
     "input_output_form": "ulna.design",
     "integrate": "ulna.geometry",
     "involutive": "ulna.geometry",

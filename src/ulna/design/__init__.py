@@ -28,6 +28,7 @@ from ulna.design.observers.high_gain import high_gain_observer
 from ulna.design.observers.observer import Observer, exact_observer
 from ulna.design.observers.observer_form import ObserverForm, observer_form
 from ulna.design.observers.output_transformation import transformed_observer_form
+from ulna.design.observers.sampled_observer import injected_observer
 
 __all__ = [
     "AbstractGainRule",
@@ -67,6 +68,7 @@ __all__ = [
     "extended_state_observer",
     "flat_output",
     "high_gain_observer",
+    "injected_observer",
     "inner_loop",
     "input_output_form",
     "linearisability",

@@ -3,6 +3,7 @@
 from ulna.sim.sampled.clock import Jitter, MissedSamples
 from ulna.sim.sampled.discretisation import Euler, ExactHold, RungeKutta4
 from ulna.sim.sampled.drive import Pwm
+from ulna.sim.sampled.gpu import Gpu
 from ulna.sim.sampled.limits import ConditionalIntegration, EndStop, Saturation, SlewLimit
 from ulna.sim.sampled.sampled import Sampled
 from ulna.sim.sampled.sensors import MeasurementNoise, Quantiser
@@ -12,6 +13,7 @@ __all__ = [
     "EndStop",
     "Euler",
     "ExactHold",
+    "Gpu",
     "Jitter",
     "MeasurementNoise",
     "MissedSamples",

@@ -84,7 +84,7 @@ def _write_start(w: LoopWriter) -> None:
         w.line(f"other{k} = others[0, {2 * k}]")
     with w.runs():
         # The last block is filled up with copies of the last run, which nobody asks for.
-        w.line("run = min(base + l, last - 1)")
+        w.line("run = base + l if base + l < last else last - 1")
         w.line(f"{w.seed} = scrambled(seeds[run])")
         for k in range(layout.states):
             w.store(f"x{k}", f"initial[run, {k}]")
@@ -122,7 +122,7 @@ def _write_sample(w: LoopWriter, *, recording: bool) -> None:
     w.line("entered = 0")
     for k in range(len(layout.wiring.references)):
         w.line(f"reference{k} = references[k, {k}]")
-        w.line(f"older{k} = references[max(k - 1, 0), {k}]")
+        w.line(f"older{k} = references[k - 1 if k > 0 else 0, {k}]")
     for k in range(len(layout.wiring.others)):
         w.line(f"other{k} = others[k, {2 * k}]")
         if layout.ramps:
