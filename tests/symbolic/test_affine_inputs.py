@@ -15,7 +15,7 @@ from ulna.symbolic.program.lowering.numpy import to_numpy
 
 x, y, u, w = (sp.Symbol(name, real=True) for name in "xyuw")
 WANTED = [("v1", "a"), ("v2", "b")]
-SAMPLE = [0.7, 1.1, 0.3, 0.9]
+SAMPLE = [[0.7, 1.1, 0.3, 0.9]]
 
 PAIRS = [
     (x * u + y, (u - w) / (1 + x**2)),
@@ -48,7 +48,7 @@ def test_any_regular_matrix_is_solved(entries):
     rows = [sum(sp.Rational(c) * s for c, s in zip(row, inputs, strict=True)) * sp.cos(x) + x for row in matrix]
     program = kernel("p", (x, *inputs), {f"a{k}": e for k, e in enumerate(rows)})
     wanted = [(f"v{k}", f"a{k}") for k in range(3)]
-    inverse = solved_for_inputs("inverse", program, [s.name for s in inputs], wanted, [0.4, 1, 2, 3])
+    inverse = solved_for_inputs("inverse", program, [s.name for s in inputs], wanted, [[0.4, 1, 2, 3]])
     assert inverse is not None
     found = np.array(to_numpy(inverse)(0.5, 1.0, -2.0, 3.0))
     expected = np.linalg.solve(matrix * np.cos(0.5), np.array([1.0, -2.0, 3.0]) - 0.5)
@@ -56,12 +56,12 @@ def test_any_regular_matrix_is_solved(entries):
 
 
 def test_what_is_not_affine_is_refused():
-    assert solved_for_inputs("i", kernel("p", (x, u), {"a": sp.sin(u) + x}), ["u"], [("v", "a")], [1, 1]) is None
-    assert solved_for_inputs("i", kernel("p", (x, u), {"a": u * (u + x)}), ["u"], [("v", "a")], [1, 1]) is None
+    assert solved_for_inputs("i", kernel("p", (x, u), {"a": sp.sin(u) + x}), ["u"], [("v", "a")], [[1, 1]]) is None
+    assert solved_for_inputs("i", kernel("p", (x, u), {"a": u * (u + x)}), ["u"], [("v", "a")], [[1, 1]]) is None
 
 
 def test_an_output_without_input_is_refused():
-    assert solved_for_inputs("i", kernel("p", (x, u), {"a": x}), ["u"], [("v", "a")], [1, 1]) is None
+    assert solved_for_inputs("i", kernel("p", (x, u), {"a": x}), ["u"], [("v", "a")], [[1, 1]]) is None
 
 
 def test_singular_equations_say_so():

@@ -22,6 +22,7 @@ class FieldKernel:
         kernel: inputs the states then the plant's inputs; outputs the rates, then the functions.
         source: the same before unknowns of implicit definitions were found; the kernel itself where there are none.
         states, inputs: their names; rates, functions: names of the outputs.
+        point: the operating point by state and input, zero where none is given.
     """
 
     kernel: Kernel
@@ -30,6 +31,7 @@ class FieldKernel:
     inputs: tuple[str, ...]
     rates: tuple[str, ...]
     functions: tuple[str, ...]
+    point: tuple[tuple[str, float], ...]
 
 
 def field_kernel(
@@ -52,6 +54,7 @@ def field_kernel(
     if missing:
         found = f"parameters without a value: {', '.join(missing)}."
         raise PlantError(f"numbers of '{system.name}'", found, "Give them values.")
+    given = {name: value.xreplace(values) for name, value in system.operating_point}
     rates = tuple(f"rate {s.name}" for s in system.states)
     chosen = system.readouts if functions is None else tuple(functions)
     names = tuple(f"h{k + 1}" for k in range(len(chosen)))
@@ -77,4 +80,5 @@ def field_kernel(
         inputs=tuple(s.name for s in system.inputs),
         rates=rates,
         functions=names,
+        point=tuple((s.name, float(given.get(s.name, 0))) for s in (*system.states, *system.inputs)),
     )

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ulna.base import UlnaError
+from ulna.symbolic.program.factored import SMALL, factored
 from ulna.symbolic.program.instructions import Instruction, InstructionList, Operation, pruned
 from ulna.symbolic.program.kernel import Kernel, without_inputs
 from ulna.symbolic.program.lowering.numpy import to_numpy
@@ -29,7 +30,7 @@ def solved_for_inputs(
     program: Kernel,
     unknowns: Sequence[str],
     wanted: Sequence[tuple[str | None, str]],
-    sample: Sequence[float],
+    samples: Sequence[Sequence[float]],
 ) -> Kernel | None:
     """The kernel of the inputs `unknowns` for which each output has the value asked for.
 
@@ -38,15 +39,16 @@ def solved_for_inputs(
         program: affine in the unknowns.
         unknowns: (m,) names of inputs, the outputs of the new kernel and no longer inputs of it.
         wanted: (m,) pairs (name of a new input, output that shall equal it); None for one that shall vanish.
-        sample: a generic value for every input of the program; pivots are chosen there once and for all.
+        samples: (points, inputs) values of the program's inputs; pivots are chosen there once and for all. The first
+            point is generic; at the others the solution shall exist too, where the equations are regular there.
 
     Returns:
         None if some instruction is not affine in the unknowns or an output does not depend on them.
 
     Raises:
-        UlnaError: if the equations are singular at the sample.
+        UlnaError: if the equations are singular at the first point.
     """
-    equations = _equations(program, set(unknowns), wanted, sample)
+    equations = _equations(program, set(unknowns), wanted, np.array(samples, dtype=float))
     if equations is None:
         return None
     values = equations.solved()
@@ -58,11 +60,10 @@ def solved_for_inputs(
 
 
 def _equations(
-    program: Kernel, unknowns: set[str], wanted: Sequence[tuple[str | None, str]], sample: Sequence[float]
+    program: Kernel, unknowns: set[str], wanted: Sequence[tuple[str | None, str]], samples: np.ndarray
 ) -> _Equations | None:
     first = len(program.inputs)
     out = InstructionList(first + sum(name is not None for name, _ in wanted))
-    system = _Equations(terms=Terms(out=out))
     everything = Kernel(
         name=program.name,
         inputs=program.inputs,
@@ -70,7 +71,11 @@ def _equations(
         instructions=program.instructions,
         results=tuple(range(first + len(program.instructions))),
     )
-    numbers = np.array(to_numpy(everything)(*sample), dtype=float)
+    numbers = np.stack(to_numpy(everything)(*samples.T))
+    finite = [bool(np.isfinite(column).all()) for column in numbers.T]
+    numbers = numbers[:, [0, *(k for k in range(1, len(samples)) if finite[k])]]
+    one = np.ones(numbers.shape[1])
+    system = _Equations(terms=Terms(out=out), one=one)
     known: list[int | None] = [None if n in unknowns else k for k, n in enumerate(program.inputs)]
     for position, instruction in enumerate(program.instructions):
         operands = [known[k] for k in instruction.operands]
@@ -87,12 +92,12 @@ def _equations(
     for name, label in wanted:
         if known[by_name[label]] is not None:
             return None
-        system.add({by_name[label]: (ONE, 1.0)}, None if name is None else (next(sides), 1.0))
+        system.add({by_name[label]: (ONE, one)}, None if name is None else (next(sides), 1.0))
     return system
 
 
-Coefficient = tuple[Term, float]
-"""Its value, its number at the sample."""
+Coefficient = tuple[Term, np.ndarray]
+"""Its value, its (points,) numbers at the samples."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -100,9 +105,11 @@ class _Equations:
     """Sparse rows Σ coefficient · unknown = side, every coefficient and side a multiple of a program's value."""
 
     terms: Terms
+    one: np.ndarray
     rows: dict[int, dict[int, Coefficient]] = field(default_factory=dict)
     sides: dict[int, Term | None] = field(default_factory=dict)
     columns: dict[int, set[int]] = field(default_factory=dict)
+    _candidates: dict[int, tuple[int, ...]] = field(default_factory=dict)
 
     def add(self, row: dict[int, Coefficient], side: Term | None) -> None:
         """One more row; a side of None is zero."""
@@ -118,7 +125,7 @@ class _Equations:
         places = instruction.operands
         operation = instruction.operation
         if operation is Operation.NEG:
-            self.add({own: (ONE, 1.0), places[0]: (ONE, 1.0)}, None)
+            self.add({own: (ONE, self.one), places[0]: (ONE, self.one)}, None)
             return True
         if operation in (Operation.ADD, Operation.SUB):
             return self._add_sum(own, places, operands, 1.0 if operation is Operation.ADD else -1.0)
@@ -127,29 +134,29 @@ class _Equations:
             factor = self.terms.value(operands[1 - moving])
             if factor is None:
                 return False
-            self.add({own: (ONE, 1.0), places[moving]: (negative(factor), -float(numbers[places[1 - moving]]))}, None)
+            self.add({own: (ONE, self.one), places[moving]: (negative(factor), -numbers[places[1 - moving]])}, None)
             return True
         if operation is Operation.DIV and operands[1] is not None:
             below = self.terms.value(operands[1])
             if below is None:
                 return False
-            self.add({own: (below, float(numbers[places[1]])), places[0]: (negative(ONE), -1.0)}, None)
+            self.add({own: (below, numbers[places[1]]), places[0]: (negative(ONE), -self.one)}, None)
             return True
         return False
 
     def _add_sum(self, own: int, places: tuple[int, ...], operands: list[int | None], second: float) -> bool:
         """own − a ∓ b = 0."""
-        row: dict[int, Coefficient] = {own: (ONE, 1.0)}
+        row: dict[int, Coefficient] = {own: (ONE, self.one)}
         side: Term | None = None
         for place, operand, sign in zip(places, operands, (1.0, second), strict=True):
             if operand is not None:
                 value = self.terms.value(operand)
                 side = value if sign > 0 or value is None else negative(value)
                 continue
-            size = sign - row[place][1] if place in row else sign
+            size = sign - row[place][0][1] if place in row else sign
             if size == 0.0:
                 return False
-            row[place] = ((None, -size), -size)
+            row[place] = ((None, -size), -size * self.one)
         self.add(row, side)
         return True
 
@@ -159,7 +166,11 @@ class _Equations:
         values: dict[int, Term | None] = {}
         later: list[tuple[int, dict[int, Coefficient], Term | None]] = []
         while self.rows:
-            label, pivot = self._pivot()
+            safe = self._safe_pivot()
+            if safe is None and len(self.rows) <= SMALL:
+                values |= self._core()
+                break
+            label, pivot = safe or self._sampled_pivot()
             row, side = self.rows.pop(label), self.sides[label]
             for unknown in row:
                 self.columns[unknown].discard(label)
@@ -179,33 +190,72 @@ class _Equations:
             values[pivot] = terms.over(left, row[pivot][0])
         return {unknown: terms.written(value) for unknown, value in values.items()}
 
-    def _pivot(self) -> tuple[int, int]:
-        """Row and unknown that fill least; rows of one unknown first."""
+    def _safe_pivot(self) -> tuple[int, int] | None:
+        """Row and unknown that fill least, of those whose coefficient is a number or divides the determinant."""
         best: tuple[tuple[int, int, int], int, int] | None = None
         for label, row in self.rows.items():
-            largest = max((abs(number) for _, number in row.values()), default=0.0)
-            for unknown, (_, number) in row.items():
-                if abs(number) <= _SMALL * largest:
+            for unknown in self._usable(label):
+                (index, factor), _ = row[unknown]
+                others = len(self.columns[unknown]) - 1
+                if index is not None and others and len(row) > 1:
                     continue
-                fill = (len(row) - 1) * (len(self.columns[unknown]) - 1)
-                cost = (fill, len(row), 0 if abs(number) == 1.0 else 1)
+                cost = ((len(row) - 1) * others, len(row), 0 if index is None and abs(factor) == 1.0 else 1)
                 if best is None or cost < best[0]:
                     best = (cost, label, unknown)
             if best is not None and best[0][:2] == (0, 1):
                 break
-        if best is None:
+        return None if best is None else best[1:]
+
+    def _sampled_pivot(self) -> tuple[int, int]:
+        """Row and unknown that fill least, of those whose coefficient is large at all samples."""
+        costs = [
+            ((len(row) - 1) * (len(self.columns[unknown]) - 1), len(row), label, unknown)
+            for label, row in self.rows.items()
+            for unknown in self._usable(label)
+        ]
+        if costs:
+            return min(costs)[2:]
+        if len(self.one) == 1:
             raise UlnaError("inputs for given outputs", "the equations are singular at a random point.")
-        return best[1], best[2]
+        # Singular at one of the further points: these decide no longer.
+        self.one = self.one[:1]
+        for row in self.rows.values():
+            row.update({unknown: (term, numbers[:1]) for unknown, (term, numbers) in row.items()})
+        self._candidates.clear()
+        return self._sampled_pivot()
+
+    def _core(self) -> dict[int, Term | None]:
+        """The unknowns of the last rows, few and full: solved without a choice of pivots."""
+        unknowns = sorted({unknown for row in self.rows.values() for unknown in row})
+        if len(unknowns) != len(self.rows):
+            raise UlnaError("inputs for given outputs", "the equations are singular at a random point.")
+        rows = [[row[u][0] if u in row else None for u in unknowns] for row in self.rows.values()]
+        zero = 0.0 * self.one
+        numbers = np.array([[row[u][1] if u in row else zero for u in unknowns] for row in self.rows.values()])
+        found = factored(self.terms, rows, numbers.transpose(2, 0, 1)).solved([self.sides[k] for k in self.rows])
+        return dict(zip(unknowns, found, strict=True))
+
+    def _usable(self, label: int) -> tuple[int, ...]:
+        """The unknowns of a row whose coefficients are not small beside its largest, at any point."""
+        known = self._candidates.get(label)
+        if known is None:
+            row = self.rows[label]
+            sizes = np.abs([numbers for _, numbers in row.values()]).reshape(len(row), len(self.one))
+            large = (sizes > _SMALL * sizes.max(axis=0, initial=0.0)).all(axis=1)
+            known = self._candidates[label] = tuple(u for u, fits in zip(row, large, strict=True) if fits)
+        return known
 
     def _put_in(self, unknown: int, value: Term | None) -> None:
         for label in self.columns.pop(unknown):
             coefficient, _ = self.rows[label].pop(unknown)
+            self._candidates.pop(label, None)
             self.sides[label] = self.terms.less(self.sides[label], self.terms.times(coefficient, value))
 
     def _eliminate(self, pivot: int, row: dict[int, Coefficient], side: Term | None) -> None:
         terms = self.terms
         for label in tuple(self.columns.pop(pivot)):
             other = self.rows[label]
+            self._candidates.pop(label, None)
             above, number = other.pop(pivot)
             factor = terms.over(above, row[pivot][0])
             ratio = number / row[pivot][1]
@@ -213,9 +263,9 @@ class _Equations:
                 if unknown == pivot:
                     continue
                 before = other.get(unknown)
-                left = (before[1] if before else 0.0) - ratio * size
+                left = (before[1] if before else 0.0 * self.one) - ratio * size
                 changed = terms.less(before[0] if before else None, terms.times(factor, coefficient))
-                if changed is None or (before and abs(left) <= _CANCELLED * abs(before[1])):
+                if changed is None or (before and (abs(left) <= _CANCELLED * abs(before[1])).all()):
                     del other[unknown]
                     self.columns[unknown].discard(label)
                     continue

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.base import UlnaError
-from ulna.symbolic.program.factored import Entry, Factored
+from ulna.symbolic.program.factored import AbstractFactored, Entry, factored
 from ulna.symbolic.program.instructions import Operation, pruned
 from ulna.symbolic.program.kernel import Kernel
 from ulna.symbolic.program.lowering.numpy import to_numpy
@@ -64,7 +64,7 @@ class LinearBlock:
         self.dependent = frozenset(k - first for k in moved if k >= first)
         self.positions = tuple(k for k in range(len(whole.instructions)) if k in self.dependent and first + k in needed)
         self.late = frozenset(moved)
-        self._factored: Factored | None = None
+        self._factored: AbstractFactored | None = None
 
     def solved(self, rules: SeriesRules, k: int) -> list[int | None]:
         """Coefficient k of the unknowns; that of the residuals has been grown with it zero.
@@ -79,14 +79,14 @@ class LinearBlock:
         found = self._factored.solved([None if side is None else negative(side) for side in sides])
         return [None if value is None else terms.written(value) for value in found]
 
-    def _factors(self, rules: SeriesRules) -> Factored:
+    def _factors(self, rules: SeriesRules) -> AbstractFactored:
         rows: list[list[Entry]] = [[] for _ in self.program.residuals]
         terms = Terms(out=rules.out)
         for unknown in self.inputs:
             slopes = self._slopes(rules, terms, unknown)
             for row, label in zip(rows, self.program.residuals, strict=True):
                 row.append(slopes.get(self.results[label]))
-        return Factored(terms, rows, _sampled(rules, rows))
+        return factored(terms, rows, _sampled(rules, rows))
 
     def _slopes(self, rules: SeriesRules, terms: Terms, unknown: int) -> dict[int, Term]:
         """∂value/∂unknown of the block's values at order zero."""

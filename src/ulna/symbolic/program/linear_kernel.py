@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ulna.symbolic.program.factored import Factored
+from ulna.symbolic.program.factored import factored
 from ulna.symbolic.program.instructions import InstructionList, pruned
 from ulna.symbolic.program.kernel import Kernel, copied
 from ulna.symbolic.program.terms import Terms
@@ -51,8 +51,8 @@ def solved(
     terms = Terms(out=out)
     index = {label: values[k] for label, k in zip(system.outputs, system.results, strict=True)}
     place = {label: k for k, label in enumerate(system.inputs)}
-    factored = Factored(terms, [[terms.value(index[label]) for label in row] for row in matrix], samples)
+    prepared = factored(terms, [[terms.value(index[label]) for label in row] for row in matrix], samples)
     sides = [terms.less(terms.value(place[p]), terms.value(index[q])) for p, q in right]
-    solution = [terms.written(value) for value in factored.solved(sides)]
+    solution = [terms.written(value) for value in prepared.solved(sides)]
     instructions, kept = pruned(len(system.inputs), out.instructions, solution)
     return Kernel(name=name, inputs=system.inputs, outputs=tuple(unknowns), instructions=instructions, results=kept)

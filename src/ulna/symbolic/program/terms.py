@@ -41,8 +41,9 @@ class Terms:
         if term is None:
             return self.out.constant(0.0)
         index, factor = term
-        constant = self.out.constant(factor)
-        return constant if index is None else self.out.emit(Operation.MUL, constant, index)
+        if index is None:
+            return self.out.constant(factor)
+        return index if factor == 1.0 else self.out.emit(Operation.MUL, self.out.constant(factor), index)
 
     def settled(self, term: Term | None) -> Term | None:
         """The same value with no factor but a sign."""

@@ -42,7 +42,7 @@ def _solution(
     rows: list[list[sp.Expr]] = []
     for equation in equations:
         # Sin² + cos² becomes one: it stands in every mass matrix, and its pivots would keep it for good.
-        row = [normal(sp.expand(sp.diff(equation, unknown))) for unknown in unknowns]
+        row = [sp.factor_terms(normal(sp.expand(sp.diff(equation, unknown)))) for unknown in unknowns]
         if any(entry.has(*unknowns) for entry in row):
             raise PlantError(
                 f"the implicit definitions {names} of {where}",
@@ -50,7 +50,8 @@ def _solution(
                 "Write each as coefficients times unknowns plus what is known.",
             )
         rows.append(row)
-    sides = [sp.expand(-equation.xreplace(zeros)) for equation in equations]
+    known = [-equation.xreplace(zeros) for equation in equations]
+    sides = [min(side, sp.expand(side), key=sp.count_ops) for side in known]
     sample = _sampled(rows)
     if np.linalg.matrix_rank(sample, tol=_SMALL * max(1.0, float(np.abs(sample).max()))) < len(unknowns):
         raise PlantError(
