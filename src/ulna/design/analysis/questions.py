@@ -153,17 +153,16 @@ def _observer(system: System) -> dict[str, Finding]:
 
 def _output_transformation(system: System) -> dict[str, Finding]:
     """Whether ψ(y) helps; its coordinates take the place of the plain form's where only they exist."""
-    keys = ("observer_form_output_transform", "output_transform")
-    if len(system.outputs) != 1:
-        reason = "output transformations are sought for a single output" if system.outputs else _NO_OUTPUT
-        return {key: not_applicable(key, reason) for key in keys}
+    if not system.outputs:
+        return {key: not_applicable(key, _NO_OUTPUT) for key in ("observer_form_output_transform", "output_transform")}
     found = output_transformation(system)
     psi = None
-    if found.psi is not None and found.symbol is not None:
-        psi = found.psi.xreplace({found.symbol: system.inline(system.readouts)[0]})
+    if found.functions is not None:
+        at = dict(zip(found.symbols, system.inline(system.readouts), strict=True))
+        psi = [function.xreplace(at) for function in found.functions]
     findings = {
         "observer_form_output_transform": decided(found.verdict),
-        "output_transform": Finding(verdict=found.verdict, value=psi),
+        "output_transform": Finding(verdict=found.verdict, value=psi[0] if psi and len(psi) == 1 else psi),
     }
     if found.form is not None and find_observer_form(system).form is None:
         findings |= _observer_coordinates(found.form)

@@ -39,7 +39,7 @@ _SECONDS = 0.4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Frame:
+class BlockFrame:
     """The plant's outputs with their derivatives as coordinates.
 
     Attributes:
@@ -75,10 +75,9 @@ def search_blocks(section: OutputSection, seen: Observability, claim: str) -> Ch
         redundant = section.view.system.outputs[seen.indices.index(0)].name
         tried = f"output '{redundant}' is a function of the others: leave it out"
         return failed_search(section, Verdict.undecided(claim, tried=tried))
-    found = inverse(sp.Matrix(seen.matrix))
-    if found.solution is None:
+    frame = block_frame(section, seen)
+    if frame is None:
         return failed_search(section, Verdict.undecided(claim, tried="inverting the observability matrix"))
-    frame = _frame(section, seen.indices, found.solution)
     coordinates: list[sp.Expr] = []
     injections: list[sp.Expr] = []
     measured: list[sp.Expr] = []
@@ -106,13 +105,17 @@ def search_blocks(section: OutputSection, seen: Observability, claim: str) -> Ch
     )
 
 
-def _frame(section: OutputSection, indices: tuple[int, ...], columns: sp.MatrixBase) -> _Frame:
+def block_frame(section: OutputSection, seen: Observability) -> BlockFrame | None:
+    """The frame of an observable plant; None if the observability matrix could not be inverted."""
+    columns = inverse(sp.Matrix(seen.matrix)).solution
+    if columns is None:
+        return None
     fields, column = {}, 0
-    for i, size in enumerate(indices):
+    for i, size in enumerate(seen.indices):
         for level in range(size):
             fields[i, level] = columns[:, column]
             column += 1
-    return _Frame(section=section, indices=indices, fields=fields)
+    return BlockFrame(section=section, indices=seen.indices, fields=fields)
 
 
 def _ambiguous(indices: tuple[int, ...]) -> bool:
@@ -120,7 +123,7 @@ def _ambiguous(indices: tuple[int, ...]) -> bool:
     return any(k - size >= 2 and size >= 2 for k in indices for size in indices)
 
 
-def _last_coordinate(frame: _Frame, i: int) -> sp.Expr:
+def _last_coordinate(frame: BlockFrame, i: int) -> sp.Expr:
     """ψ_i(y) whose κ_i-th derivative holds no higher derivative of the other outputs; y_i itself where that is so.
 
     Raises:
@@ -144,7 +147,7 @@ def _last_coordinate(frame: _Frame, i: int) -> sp.Expr:
     return found.value
 
 
-def _block(frame: _Frame, i: int, psi: sp.Expr) -> tuple[list[sp.Expr], list[sp.Expr]]:
+def _block(frame: BlockFrame, i: int, psi: sp.Expr) -> tuple[list[sp.Expr], list[sp.Expr]]:
     """z and a(y) of block i.
 
     Raises:
@@ -165,7 +168,7 @@ def _block(frame: _Frame, i: int, psi: sp.Expr) -> tuple[list[sp.Expr], list[sp.
     return z, injections
 
 
-def _injection(frame: _Frame, rate: sp.Expr, k: int, what: str) -> sp.Expr:
+def _injection(frame: BlockFrame, rate: sp.Expr, k: int, what: str) -> sp.Expr:
     """a_k(y) from L_f z_k = z_{k−1} + a_k(y).
 
     Raises:

@@ -216,3 +216,18 @@ def _real_near(expression: sp.Expr, section: OutputSection) -> sp.Expr:
         if value is not None and value.is_extended_negative:
             flips[node] = sp.log(sp.expand(-node.args[0]))
     return expression.xreplace(flips)
+
+
+def exponential(exponent: sp.Expr, y: sp.Symbol) -> sp.Expr:
+    """exp(exponent) with logarithms turned into powers, without constant factors."""
+    factors = []
+    for term in sp.Add.make_args(sp.expand(exponent)):
+        coefficient, rest = term.as_independent(sp.log)
+        factors.append(rest.args[0] ** coefficient if isinstance(rest, sp.log) else sp.exp(term))
+    return without_factor(tidy(sp.Mul(*factors), seconds=0.3), y)
+
+
+def without_factor(expression: sp.Expr, y: sp.Symbol) -> sp.Expr:
+    """The expression without factors that do not depend on y."""
+    together = sp.factor_terms(expression)
+    return together.as_independent(y, as_Add=False)[1]

@@ -1,7 +1,8 @@
-"""Output transformations ỹ = ψ(y) that give a single-output plant the observer form it lacks in y.
+"""Output transformations ỹ = ψ(y) that give a plant the observer form it lacks in y.
 
-With ỹ the starting field is τ/s(y), s = ψ'. Writing out the brackets of its chain leaves one equation for s. With
-λ = 1/s, [λτ, ad_f^{n−1}(λτ)] = 0 says for even n, and [ad_f(λτ), ad_f^{n−1}(λτ)] = 0 for odd n (bracket of eq. 19),
+Several outputs are the matter of `transformed_blocks`. With one output the starting field of ỹ is τ/s(y), s = ψ'.
+Writing out the brackets of its chain leaves one equation for s. With λ = 1/s, [λτ, ad_f^{n−1}(λτ)] = 0 says for even
+n, and [ad_f(λτ), ad_f^{n−1}(λτ)] = 0 for odd n (bracket of eq. 19),
 
     n even:  [τ, ad_f^{n−1} τ] = 2 (s'/s) τ,    n odd:  [ad_f τ, ad_f^{n−1} τ] = n (s'/s) ad_f τ + (…) τ,
 
@@ -26,13 +27,28 @@ from ulna.design.observers.observer_conditions import (
     lowest_terms,
     vanishes,
 )
-from ulna.design.observers.observer_form import ObserverForm, assemble, explanation, find_observer_form, moved_back
-from ulna.design.observers.output_functions import OutputSection, integral_over_output, output_section
+from ulna.design.observers.observer_form import (
+    ObserverForm,
+    ObserverFormSearch,
+    assemble,
+    explanation,
+    find_observer_form,
+    moved_back,
+)
+from ulna.design.observers.output_functions import OutputSection, exponential, integral_over_output, output_section
 from ulna.design.observers.straightened import StraightenedPlant, straightened_plant
+from ulna.design.observers.transformed_blocks import (
+    OutputFunctions,
+    in_measured_outputs,
+    output_functions,
+    with_outputs_replaced,
+)
 from ulna.geometry.lie import lie_bracket
+from ulna.geometry.observability import observability
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.formulas.parse import is_elementary
+from ulna.symbolic.formulas.text import formula
 from ulna.system.system import System
 
 _SECONDS = 10.0
@@ -44,21 +60,27 @@ class OutputTransformation:
 
     Attributes:
         system: the plant.
-        symbol: the symbol of y in ψ.
-        psi: ψ(y), y itself where the plain form exists; None where there is none or none was found.
-        form: the observer form with measured output ψ(y), or None; None too where ψ exists but is not elementary.
+        symbols: (p,) of the outputs in the functions; empty where there are none.
+        functions: (p,) ψ_i, the outputs themselves where the plain form exists; None where there are none or none
+            were found.
+        form: the observer form with measured outputs ψ(y), or None; None too where ψ exists but is not elementary.
         verdict: on its existence; refuted with the quantity that is not a function of y alone; `slope` is ψ'.
     """
 
     system: System
-    symbol: sp.Symbol | None
-    psi: sp.Expr | None
+    symbols: tuple[sp.Symbol, ...]
+    functions: tuple[sp.Expr, ...] | None
     form: ObserverForm | None
     verdict: Verdict
 
+    @property
+    def psi(self) -> sp.Expr | None:
+        """ψ of a plant with a single output; None where it was not found."""
+        return self.functions[0] if self.functions is not None and len(self.functions) == 1 else None
+
 
 def transformed_observer_form(system: System) -> ObserverForm:
-    """The observer form of a single-output plant after an output transformation, the identity where that suffices.
+    """The observer form of a plant after a transformation of each output, the identity where that suffices.
 
     Raises:
         NoFormError: if there is none or none was found; `value` is the `OutputTransformation` that says why.
@@ -80,16 +102,18 @@ def output_transformation(system: System) -> OutputTransformation:
     claim = f"'{system.name}' has an observer form after an output transformation"
     plain = find_observer_form(system)
     if plain.form is not None:
-        verdict = Verdict(claim=claim, status=plain.verdict.status, evidence={"psi": "y", **plain.verdict.evidence})
-        return OutputTransformation(
-            system=system, symbol=plain.form.y[0], psi=plain.form.y[0], form=plain.form, verdict=verdict
-        )
+        y = plain.form.y
+        evidence = {"psi": "y" if len(y) == 1 else tuple(str(s) for s in y), **plain.verdict.evidence}
+        verdict = Verdict(claim=claim, status=plain.verdict.status, evidence=evidence)
+        return OutputTransformation(system=system, symbols=y, functions=y, form=plain.form, verdict=verdict)
+    if len(system.outputs) > 1:
+        return _of_several(system, plain, claim)
     straight = straightened_plant(system)
     if straight is not None:
         return _in_old_coordinates(system, straight, output_transformation(straight.system))
     conditions = plain.conditions
     if conditions is None:
-        return _none(system, Verdict.undecided(claim, tried="output transformations of a single output only"))
+        return _none(system, Verdict.undecided(claim, reason="the plant has no output"))
     hopeless = conditions.commuting.evidence.get("any_psi", False)
     if not conditions.observability.observable.holds or conditions.starting_field is None or hopeless:
         why = plain.verdict
@@ -98,6 +122,36 @@ def output_transformation(system: System) -> OutputTransformation:
         return _none(system, Verdict(claim=claim, status=why.status, evidence=why.evidence))
     found = attempt(_SECONDS, "output transformation", _search, conditions, claim)
     return found.value or _none(system, Verdict.undecided(claim, tried=found.reason))
+
+
+def _of_several(system: System, plain: ObserverFormSearch, claim: str) -> OutputTransformation:
+    """One function for each output; a no only where no other way to transform the outputs is left."""
+    if not observability(system).observable.holds or 0 in observability(system).indices:
+        return _none(system, Verdict(claim=claim, status=plain.verdict.status, evidence=plain.verdict.evidence))
+    found = attempt(_SECONDS / 2, "output transformations", _functions_or_verdict, system)
+    if not isinstance(found.value, OutputFunctions):
+        why = Verdict.undecided(claim, tried=found.reason) if found.value is None else found.value
+        return _none(system, Verdict(claim=claim, status=why.status, evidence={"because": why.claim, **why.evidence}))
+    psi = found.value
+    changed = psi.functions != psi.symbols
+    search = find_observer_form(with_outputs_replaced(system, psi)) if changed else plain
+    shown = tuple(formula(e) for e in psi.functions)
+    if changed and search.form is not None:
+        form = in_measured_outputs(system, search.form, psi)
+        verdict = Verdict(claim=claim, status=form.verdict.status, evidence={"psi": shown, **form.verdict.evidence})
+        return OutputTransformation(system=system, symbols=form.y, functions=form.measured, form=form, verdict=verdict)
+    evidence = {"because": search.verdict.claim, **search.verdict.evidence, "psi": shown}
+    if psi.unique or not search.verdict.fails:
+        return _none(system, Verdict(claim=claim, status=search.verdict.status, evidence=evidence))
+    return _none(system, Verdict.undecided(claim, tried="one function for each output", **evidence))
+
+
+def _functions_or_verdict(system: System) -> OutputFunctions | Verdict:
+    straight = straightened_plant(system)
+    try:
+        return output_functions(system if straight is None else straight.system)
+    except NotOfOutputsError as failure:
+        return failure.verdict
 
 
 def _in_old_coordinates(
@@ -110,7 +164,7 @@ def _in_old_coordinates(
     form = moved_back(system, straight, found.form)
     if form is None:
         return _none(system, Verdict.undecided(verdict.claim, tried="the form in straightened coordinates moved back"))
-    return OutputTransformation(system=system, symbol=form.y[0], psi=form.measured[0], form=form, verdict=verdict)
+    return OutputTransformation(system=system, symbols=form.y, functions=form.measured, form=form, verdict=verdict)
 
 
 def _search(conditions: ObserverConditions, claim: str) -> OutputTransformation:
@@ -146,7 +200,7 @@ def _search(conditions: ObserverConditions, claim: str) -> OutputTransformation:
     stated = Verdict(claim=claim, status=verdict.status, evidence=evidence)
     if form is None or stated.fails:
         return _none(system, stated)
-    return OutputTransformation(system=system, symbol=section.y[0], psi=psi, form=form, verdict=stated)
+    return OutputTransformation(system=system, symbols=section.y, functions=(psi,), form=form, verdict=stated)
 
 
 def _slope(section: OutputSection, conditions: ObserverConditions) -> sp.Expr:
@@ -162,7 +216,7 @@ def _slope(section: OutputSection, conditions: ObserverConditions) -> sp.Expr:
     exponent = integral_over_output(section, phi)
     if exponent is None:
         raise NotOfOutputsError(Verdict.undecided("ψ' in closed form", tried=f"∫ {phi} d{y}"))
-    return _exponential(exponent, y)
+    return exponential(exponent, y)
 
 
 def curvature(conditions: ObserverConditions) -> sp.Expr:
@@ -192,20 +246,5 @@ def curvature(conditions: ObserverConditions) -> sp.Expr:
     return tidy((covector * bracket)[0] / (n if odd else 2), seconds=1.0)
 
 
-def _exponential(exponent: sp.Expr, y: sp.Symbol) -> sp.Expr:
-    """exp(exponent) with logarithms turned into powers, without constant factors."""
-    factors = []
-    for term in sp.Add.make_args(sp.expand(exponent)):
-        coefficient, rest = term.as_independent(sp.log)
-        factors.append(rest.args[0] ** coefficient if isinstance(rest, sp.log) else sp.exp(term))
-    return without_factor(tidy(sp.Mul(*factors), seconds=0.3), y)
-
-
-def without_factor(expression: sp.Expr, y: sp.Symbol) -> sp.Expr:
-    """The expression without factors that do not depend on y."""
-    together = sp.factor_terms(expression)
-    return together.as_independent(y, as_Add=False)[1]
-
-
 def _none(system: System, verdict: Verdict) -> OutputTransformation:
-    return OutputTransformation(system=system, symbol=None, psi=None, form=None, verdict=verdict)
+    return OutputTransformation(system=system, symbols=(), functions=None, form=None, verdict=verdict)

@@ -1,0 +1,198 @@
+"""Output transformations of a plant with several outputs, one function for each: ỹ_i = ψ_i(y_i).
+
+With ξ_{j,l} = L_f^l h_j and weight l for ξ_{·,l}, a plant that has the form in some Ψ(y) has L_f^κ h_r as a polynomial
+of weight ≤ κ whose coefficients are functions of y. So in every block of size κ = κ_r ≥ 2 the coefficients
+
+    Γ^r_{jm} = ∂²L_f^κ h_r / ∂ξ_{j,κ−1} ∂ξ_{m,1},    κ_j ≥ κ, κ_m ≥ 2,
+
+must be functions of y, whatever Ψ is. For blocks of one size the form in Ψ asks ∂_m ∂_j ψ = −Σ_r Γ^r_{jm} ∂_r ψ / κ for
+each of its functions: a flat symmetric connection, whose p solutions are unique up to a linear mixture. Where it does
+not mix the outputs, ψ_i''/ψ_i' = −Γ^i_{ii}/κ_i gives them one by one; with other sizes this is one way among others.
+Sources: Krener and Respondek, SIAM J. Contr. Opt. 23 (1985); Xia and Gao, SIAM J. Contr. Opt. 27 (1989).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import sympy as sp
+
+from ulna.base.verdict import Verdict
+from ulna.design.observers.observer_blocks import BlockFrame, block_frame
+from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs
+from ulna.design.observers.observer_form import ObserverForm
+from ulna.design.observers.output_functions import OutputSection, exponential, integral_over_output, output_section
+from ulna.geometry.observability import observability
+from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact.zero import SampledZero, is_zero
+from ulna.system.affine import control_affine
+from ulna.system.system import System
+
+_TEST = SampledZero(seconds=0.2)
+Connection = dict[tuple[int, int, int], sp.Expr]
+"""Γ^r_{jm} ≠ 0 in the output symbols by (r, j, m)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OutputFunctions:
+    """ψ_i for every output, in the output symbols.
+
+    Attributes:
+        symbols: (p,) of the outputs.
+        functions: (p,) ψ_i, y_i where nothing has to be done.
+        unique: true if no other Ψ, linear mixtures apart, can do what these cannot.
+    """
+
+    symbols: tuple[sp.Symbol, ...]
+    functions: tuple[sp.Expr, ...]
+    unique: bool
+
+
+def output_functions(system: System) -> OutputFunctions:
+    """The functions ψ_i that an observer form asks for.
+
+    Args:
+        system: observable, with two or more outputs that are states or can be solved for states.
+
+    Raises:
+        NotOfOutputsError: with a refuted verdict if no output transformation can help, undecided if outputs would
+            have to be mixed or an integral is not found.
+    """
+    section = output_section(control_affine(system))
+    seen = observability(system)
+    frame = block_frame(section, seen)
+    if frame is None:
+        raise NotOfOutputsError(Verdict.undecided("derivatives of the outputs as coordinates", tried="their inverse"))
+    sizes = frame.indices
+    equal = len(set(sizes)) == 1
+    connection = _connection(frame)
+    mixed = {key: value for key, value in connection.items() if len(set(key)) > 1}
+    crossed = _crossed(section, frame, connection)
+    if equal and (mixed or crossed):
+        _require_flat(section, frame, connection)
+    if mixed or crossed:
+        shown = next(iter((mixed or crossed).values()))
+        claim = "every output has a function of its own"
+        raise NotOfOutputsError(Verdict.undecided(claim, tried="one function for each output", mixing=shown))
+    functions = []
+    for i, (size, y) in enumerate(zip(sizes, section.y, strict=True)):
+        phi = tidy(-connection.get((i, i, i), sp.Integer(0)) / size, seconds=0.3)
+        functions.append(y if phi == 0 else _integrated_twice(section, phi, i))
+    drift_only = not any(control_affine(system).g)
+    return OutputFunctions(
+        symbols=section.y, functions=tuple(functions), unique=equal or (max(sizes) <= 2 and drift_only)
+    )
+
+
+def _connection(frame: BlockFrame) -> Connection:
+    """Γ, written in the outputs.
+
+    Raises:
+        NotOfOutputsError: refuted for every Ψ if an entry is not a function of the outputs.
+    """
+    section, sizes = frame.section, frame.indices
+    found: Connection = {}
+    for r, size in enumerate(sizes):
+        if size < 2:
+            continue
+        top = frame.lie(section.view.h[r], size)
+        for j, m in product(range(len(sizes)), repeat=2):
+            if sizes[j] < size or sizes[m] < 2 or (size == 2 and m < j and sizes[m] >= size):
+                continue
+            second = frame.slope(frame.slope(top, j, size - 1), m, 1)
+            if is_zero(second, test=_TEST).holds:
+                continue
+            what = f"the coefficient of y{j + 1}^({size - 1}) y{m + 1}' in y{r + 1}^({size})"
+            try:
+                entry = of_outputs(section, second, what)
+            except NotOfOutputsError as failure:
+                raise NotOfOutputsError(_for_every_transformation(failure.verdict)) from None
+            found[r, j, m] = entry
+            if size == 2 and sizes[m] >= size:
+                found[r, m, j] = entry
+    return found
+
+
+def _for_every_transformation(verdict: Verdict) -> Verdict:
+    if not verdict.fails:
+        return verdict
+    return replace(verdict, evidence={**verdict.evidence, "any_psi": True})
+
+
+def _crossed(section: OutputSection, frame: BlockFrame, connection: Connection) -> Connection:
+    """Entries Γ^i_{ii} that depend on other outputs with derivatives of their own."""
+    moving = {y for y, size in zip(section.y, frame.indices, strict=True) if size >= 2}
+    return {
+        (i, j, m): value
+        for (i, j, m), value in connection.items()
+        if i == j == m and value.free_symbols & (moving - {section.y[i]})
+    }
+
+
+def _require_flat(section: OutputSection, frame: BlockFrame, connection: Connection) -> None:
+    """Refuse a connection without p parallel gradients: it is not symmetric or has curvature.
+
+    Raises:
+        NotOfOutputsError: refuted for every Ψ.
+    """
+    p, size, y = len(section.y), frame.indices[0], section.y
+
+    def A(r: int, j: int, m: int) -> sp.Expr:
+        return -connection.get((r, j, m), sp.Integer(0)) / size
+
+    claim = "the equations ∂_m ∂_j ψ = −Σ_r Γ^r_{jm} ∂_r ψ / κ have as many solutions as outputs"
+    residuals = [A(r, j, m) - A(r, m, j) for r in range(p) for j in range(p) for m in range(j)]
+    for r, j, k, m in product(range(p), repeat=4):
+        if k < m:
+            turned = sum((A(s, j, m) * A(r, s, k) - A(s, j, k) * A(r, s, m) for s in range(p)), sp.Integer(0))
+            residuals.append(A(r, j, m).diff(y[k]) - A(r, j, k).diff(y[m]) + turned)
+    for residual in residuals:
+        judged = is_zero(residual, test=_TEST)
+        if judged.fails:
+            evidence = {**judged.evidence, "curvature": tidy(residual, seconds=0.2), "any_psi": True}
+            raise NotOfOutputsError(Verdict.refuted(claim, **evidence))
+
+
+def _integrated_twice(section: OutputSection, phi: sp.Expr, i: int) -> sp.Expr:
+    """ψ with ψ''/ψ' = φ.
+
+    Raises:
+        NotOfOutputsError: undecided if one of the integrals is not found.
+    """
+    y = section.y[i]
+    exponent = integral_over_output(section, phi, index=i)
+    slope = None if exponent is None else exponential(exponent, y)
+    psi = None if slope is None else integral_over_output(section, slope, index=i)
+    if psi is None:
+        shown = f"ψ''/ψ' = {phi}" if slope is None else f"ψ' = {slope}"
+        raise NotOfOutputsError(Verdict.undecided(f"ψ_{i + 1} in closed form", tried=shown))
+    return sp.factor_terms(psi).as_independent(y, as_Add=False)[1]
+
+
+def with_outputs_replaced(system: System, found: OutputFunctions) -> System:
+    """The plant that measures ψ_i(h) in place of h_i."""
+    readouts = system.inline(system.readouts)
+    at = dict(zip(found.symbols, readouts, strict=True))
+    return replace(system, readouts=tuple(psi.xreplace(at) for psi in found.functions), definitions=())
+
+
+def in_measured_outputs(system: System, form: ObserverForm, found: OutputFunctions) -> ObserverForm:
+    """The form of the plant with replaced outputs as one of the plant itself: ỹ written in y."""
+    view = control_affine(system)
+    own: Sequence[sp.Symbol] = output_section(view).y
+    rename = dict(zip(found.symbols, own, strict=True))
+    onto = dict(zip(form.y, (psi.xreplace(rename) for psi in found.functions), strict=True))
+
+    def moved(matrix: sp.ImmutableDenseMatrix) -> sp.ImmutableDenseMatrix:
+        return sp.ImmutableDenseMatrix(matrix.xreplace(onto).applyfunc(lambda e: tidy(e, seconds=0.2)))
+
+    return replace(
+        form,
+        view=view,
+        y=tuple(own),
+        measured=tuple(e.xreplace(onto) for e in form.measured),
+        drift_injection=moved(form.drift_injection),
+        input_injection=moved(form.input_injection),
+    )
