@@ -262,3 +262,26 @@ def test_a_point_never_refutes_what_has_a_form(system: System) -> None:
     verdict = refutation_at_a_point(observability(system))
     assert not (verdict.fails and verdict.evidence["any_psi"])
     assert output_transformation(system).verdict.holds
+
+
+@pytest.mark.parametrize(("measured", "point"), [("sin(x2)", 0), ("sqrt(x2)", 1), ("cos(x2)", 1)])
+def test_an_output_with_branches_is_transformed_back_on_the_branch_of_the_point(measured, point) -> None:
+    system = system_from_mapping(
+        {
+            "format": 1,
+            "name": "integrators behind a sensor",
+            "states": {"x1": f"u - {measured}", "x2": "x1"},
+            "inputs": {"u": {}},
+            "outputs": {"y": measured},
+            "operating_point": {"x1": 0, "x2": point},
+        }
+    )
+    assert find_observer_form(system).verdict.fails
+    found = output_transformation(system)
+    assert found.verdict.holds
+    assert found.form is not None
+    x1, x2 = system.state_symbols
+    shown = found.form.map.forward
+    assert shown.free_symbols == {x1, x2}
+    assert not shown.has(sp.sin, sp.cos, sp.Abs)
+    assert shown[1].diff(x2).is_number

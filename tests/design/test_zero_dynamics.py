@@ -16,7 +16,7 @@ from ulna.design.internal.minimum_phase import minimum_phase
 from ulna.design.internal.zero_dynamics import ZeroDynamics, zero_dynamics
 from ulna.geometry.lie import lie_derivative
 from ulna.symbolic.exact.zero import is_zero
-from ulna.system import control_affine
+from ulna.system import control_affine, system_from_mapping
 
 
 def stays(found: ZeroDynamics) -> bool:
@@ -115,3 +115,21 @@ def test_input_fields_that_are_not_involutive_refute_input_free_coordinates() ->
     assert found.input_free.fails
     assert len(found.coordinates) == 3
     assert any(e != 0 for e in found.slopes)
+
+
+def test_an_output_that_cannot_be_zero_is_held_where_the_point_has_it() -> None:
+    system = system_from_mapping(
+        {
+            "format": 1,
+            "name": "reactor with a jacket, not at rest",
+            "parameters": {"k": 5, "a": 3},
+            "states": {"c": "1 - c - k*exp(-a/T)*c", "T": "1 - T + k*exp(-a/T)*c + u"},
+            "inputs": {"u": {}},
+            "outputs": {"y": "T"},
+            "operating_point": {"c": 0.5, "T": 1.2},
+        }
+    )
+    found = zero_dynamics(system)
+    assert found.verdict.holds
+    assert found.set_point == (sp.Rational(6, 5),)
+    assert minimum_phase(found).stability == "exponential"

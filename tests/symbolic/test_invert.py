@@ -133,3 +133,23 @@ def test_triangular_maps_are_always_inverted(first: list[int], second: list[int]
     ]
     found = inverted([forward[i] for i in order], [one, one, one])
     assert found.verdict.status is Status.PROVED
+
+
+def test_a_branch_that_hangs_on_the_size_of_a_parameter_is_checked_near_the_given_value() -> None:
+    slip, amount = -a * G * sin(k * sp.atan(B * x2)), {a: sp.Rational(4, 5), G: slope, B: sp.Integer(10)}
+    near = {x1: sp.Integer(20), x2: sp.Rational(1, 10), **amount}
+    usual = invert_map([x1, slip], (x1, x2), (z1, z2), near={**near, k: sp.Rational(3, 2)})
+    beyond = invert_map([x1, slip], (x1, x2), (z1, z2), near={**near, k: sp.Rational(5, 2)})
+    assert usual.expressions is not None
+    assert beyond.expressions is not None
+    assert usual.expressions != beyond.expressions
+    assert beyond.verdict.holds
+    assert k in beyond.verdict.evidence["parameters"]
+
+
+def test_roots_of_squares_are_taken_on_the_side_of_the_base_point() -> None:
+    forward = [x1, a * (sqrt(x2) - sqrt(x1)), a**2 * (sqrt(x3) / sqrt(x2) - 1)]
+    found = inverted(forward, [one, one, one])
+    assert found.expressions is not None
+    assert not any(e.has(sp.Abs, sp.sign) for e in found.expressions)
+    assert same(found.expressions[1], (sqrt(z1) + z2 / a) ** 2)

@@ -53,7 +53,7 @@ def _structure(system: System, found: NumericStructure) -> dict[str, Finding]:
 
 
 def _outputs(system: System, field: FieldKernel) -> dict[str, Finding]:
-    if not field.functions:
+    if not field.functions or not field.inputs:
         return {}
     try:
         law = compiled_law(system)

@@ -12,6 +12,7 @@ from ulna.design.forms.input_output import input_output_form
 from ulna.design.forms.linearisability import linearisability
 from ulna.design.forms.linearising_outputs import LinearisingOutputs, last_row, linearising_outputs
 from ulna.design.forms.state_linearisation import state_linearisation
+from ulna.design.internal.base_point import base_point
 from ulna.design.internal.minimum_phase import minimum_phase
 from ulna.design.internal.zero_dynamics import zero_dynamics
 from ulna.design.observers.observer_form import ObserverForm, find_observer_form
@@ -21,6 +22,7 @@ from ulna.geometry.diffeomorphism import new_symbols
 from ulna.geometry.observability import observability
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree
 from ulna.symbolic.exact.zero_set import zero_set
+from ulna.symbolic.solving.branch import on_branch
 from ulna.system.system import System
 
 _NO_OUTPUT = "the plant has no output"
@@ -159,7 +161,8 @@ def _output_transformation(system: System) -> dict[str, Finding]:
     psi = None
     if found.functions is not None:
         at = dict(zip(found.symbols, system.inline(system.readouts), strict=True))
-        psi = [function.xreplace(at) for function in found.functions]
+        here = base_point(system).values
+        psi = [on_branch(function.xreplace(at), here) for function in found.functions]
     findings = {
         "observer_form_output_transform": decided(found.verdict),
         "output_transform": Finding(verdict=found.verdict, value=psi[0] if psi and len(psi) == 1 else psi),

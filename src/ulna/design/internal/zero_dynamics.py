@@ -14,6 +14,7 @@ from ulna.symbolic.exact.linear import nullspace, solve_linear
 from ulna.symbolic.exact.rank import generic_rank, rank_at
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, is_zero
+from ulna.symbolic.solving.branch import on_branch
 from ulna.symbolic.solving.level_set import graph_near
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.system import System
@@ -88,14 +89,33 @@ def zero_dynamics(system: System, *, set_point: Sequence[sp.Expr] | None = None,
 
     Args:
         system: the plant, with at least one output and input.
-        set_point: (p,) y*. Left out: zero, or the outputs at the operating point if the plant rests there.
+        set_point: (p,) y*. Left out: zero, or the outputs at the operating point if the plant rests there or cannot be
+            kept at zero.
         seconds: s, for everything together.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
     """
     view, base = control_affine(system), base_point(system)
-    held = _held(view, base) if set_point is None else tuple(set_point)
+    if set_point is None:
+        held = _held(view, base)
+        found = _at_set_point(system, held, seconds)
+        given = tuple(view.h.xreplace(base.states))
+        if found.system is not None or given == held or not _finite_and_held(given, base) or not view.u:
+            return found
+        # A temperature or a population of zero: what the equations say there is beside the point.
+        instead = _at_set_point(system, given, seconds)
+        return found if instead.system is None else instead
+    return _at_set_point(system, tuple(set_point), seconds)
+
+
+def _finite_and_held(values: Sequence[sp.Expr], base: BasePoint) -> bool:
+    numbers = [v.xreplace(base.values) for v in values]
+    return not any(v.has(sp.nan, sp.zoo, sp.oo) or v.free_symbols for v in numbers) and any(v != 0 for v in numbers)
+
+
+def _at_set_point(system: System, held: tuple[sp.Expr, ...], seconds: float) -> ZeroDynamics:
+    view, base = control_affine(system), base_point(system)
     manifold = _Manifold(solved={}, point=dict(base.values), regular=[])
     if not view.u or not view.h.rows:
         missing = "output" if view.u else "input"
@@ -103,7 +123,7 @@ def zero_dynamics(system: System, *, set_point: Sequence[sp.Expr] | None = None,
     try:
         with time_budget(seconds):
             tangency = _largest_manifold(view, held, manifold)
-            inputs = _inputs(view, tangency)
+            inputs = _inputs(view, tangency, manifold)
             return _found(view, held, manifold, inputs)
     except _StoppedError as reason:
         return _none(system, held, manifold, reason.verdict)
@@ -152,10 +172,10 @@ def _restrict(view: ControlAffine, conditions: Sequence[sp.Expr], manifold: _Man
         reason = "no state keeps the outputs there" if graph.verdict.fails else "the manifold could not be solved for"
         raise _StoppedError(make(_CLAIM, reason=reason, **graph.verdict.evidence))
     step = dict(graph.solved)
-    manifold.solved = {s: tidy(e.xreplace(step)) for s, e in manifold.solved.items()} | {
-        s: tidy(e) for s, e in step.items()
-    }
     manifold.point = dict(graph.point)
+    manifold.solved = {s: _short(e.xreplace(step), manifold) for s, e in manifold.solved.items()} | {
+        s: _short(e, manifold) for s, e in step.items()
+    }
     for symbol, expression in manifold.solved.items():
         value = expression.xreplace({s: v for s, v in manifold.point.items() if s not in manifold.solved})
         if value.is_number:
@@ -205,7 +225,7 @@ def _constant_rank(slope: sp.MatrixBase, generic: int, manifold: _Manifold) -> V
     return Verdict.proved(claim, rank=generic)
 
 
-def _inputs(view: ControlAffine, tangency: _Tangency) -> dict[sp.Symbol, sp.Expr]:
+def _inputs(view: ControlAffine, tangency: _Tangency, manifold: _Manifold) -> dict[sp.Symbol, sp.Expr]:
     """u* with offset + slope u* = 0, if it is unique."""
     rank = generic_rank(tangency.slope, seconds=0.3)
     if rank.value < len(view.u):
@@ -215,7 +235,12 @@ def _inputs(view: ControlAffine, tangency: _Tangency) -> dict[sp.Symbol, sp.Expr
     found = solve_linear(tangency.slope.extract(rows, list(range(len(view.u)))), -tangency.offset.extract(rows, [0]))
     if found.solution is None:
         raise _StoppedError(Verdict.undecided(_CLAIM, reason="the inputs could not be solved for in time"))
-    return {u: tidy(e) for u, e in zip(view.u, found.solution, strict=True)}
+    return {u: _short(e, manifold) for u, e in zip(view.u, found.solution, strict=True)}
+
+
+def _short(expression: sp.Expr, manifold: _Manifold) -> sp.Expr:
+    """Tidy, roots and moduli as they are near the point."""
+    return on_branch(tidy(on_branch(expression, manifold.point)), manifold.point)
 
 
 def _found(
@@ -225,11 +250,14 @@ def _found(
     kept = [(s, x) for s, x in zip(plant.states, view.x, strict=True) if x not in manifold.solved]
     closed = view.f + view.g * sp.Matrix([inputs[u] for u in view.u])
     place = {x: k for k, x in enumerate(view.x)}
+    rates = tuple(_short(closed[place[x]].xreplace(manifold.solved), manifold) for _, x in kept)
+    if any(e.has(sp.nan, sp.zoo, sp.oo) for e in (*rates, *inputs.values())):
+        raise _StoppedError(Verdict.undecided(_CLAIM, reason="the rates are not finite on the manifold"))
     system = System(
         name=f"zero dynamics of {plant.name}",
         text="the plant while its outputs are held",
         states=tuple(s for s, _ in kept),
-        rates=tuple(tidy(closed[place[x]].xreplace(manifold.solved)) for _, x in kept),
+        rates=rates,
         outputs=plant.inputs,
         readouts=tuple(inputs[u] for u in view.u),
         parameters=plant.parameters,

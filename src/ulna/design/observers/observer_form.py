@@ -14,6 +14,7 @@ import sympy as sp
 
 from ulna.base.errors import NoFormError
 from ulna.base.verdict import Status, Verdict
+from ulna.design.internal.base_point import base_point
 from ulna.design.observers.observer_blocks import search_blocks
 from ulna.design.observers.observer_chain import ChainSearch, search_chain
 from ulna.design.observers.observer_check import check_observer_form
@@ -27,6 +28,7 @@ from ulna.symbolic.exact.linear import inverse
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
 from ulna.symbolic.formulas.text import formula, listing
+from ulna.symbolic.solving.branch import on_branch
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.operating_point import operating_point
 from ulna.system.system import System
@@ -187,7 +189,8 @@ def moved_back(system: System, straight: StraightenedPlant, form: ObserverForm) 
     view = control_affine(system)
     section = output_section(view)
     rename = dict(zip(form.y, section.y, strict=True))
-    forward = sp.ImmutableDenseMatrix(form.map.forward.applyfunc(straight.in_old))
+    here = base_point(system).values
+    forward = sp.ImmutableDenseMatrix(form.map.forward.applyfunc(lambda e: on_branch(straight.in_old(e), here)))
     solved = sp.Matrix([straight.solved.get(x, x) for x in view.x])
     inverse_map = form.map.inverse
     if inverse_map is not None:
@@ -211,7 +214,7 @@ def moved_back(system: System, straight: StraightenedPlant, form: ObserverForm) 
         moved.drift_injection,
         moved.input_injection,
         measured=moved.measured,
-        test=SampledZero(seconds=0),
+        test=SampledZero(seconds=0, near=here),
     )
     return moved if sampled.holds else None
 

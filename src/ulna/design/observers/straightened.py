@@ -8,9 +8,11 @@ from functools import lru_cache
 
 import sympy as sp
 
+from ulna.design.internal.base_point import base_point
 from ulna.geometry.lie import lie_derivative
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import normal_form
+from ulna.symbolic.solving.branch import on_branch
 from ulna.symbolic.solving.invert import invert_map
 from ulna.system.affine import ControlAffine, control_affine
 from ulna.system.operating_point import operating_point
@@ -87,15 +89,18 @@ def _rewritten(
 ) -> StraightenedPlant:
     u = sp.Matrix(len(view.u), 1, list(view.u))
     field = sp.Matrix(view.f) + sp.Matrix(view.g) * u
+    start = {x: meaning[x].subs(dict(point)) if x in meaning else point[x] for x in view.x}
+    numbers = base_point(view.system)
+    base = {x: value.xreplace(numbers.parameters) for x, value in start.items()}
+    base |= {**numbers.inputs, **numbers.parameters}
     rates = []
     for k, x in enumerate(view.x):
         rate = lie_derivative(meaning[x], field, view.x) if x in meaning else field[k]
-        moved = rate.xreplace(dict(onto))
+        moved = on_branch(rate.xreplace(dict(onto)), base)
         short = attempt(0.6, "lowest terms", normal_form, moved).value
         rates.append(moved if short is None or short.has(sp.sign) else short)
     states = {h: x for x, h in meaning.items()}
     system = view.system
-    start = {x: meaning[x].subs(dict(point)) if x in meaning else point[x] for x in view.x}
     return StraightenedPlant(
         system=replace(
             system,

@@ -9,20 +9,18 @@ from itertools import chain, islice
 
 import sympy as sp
 
-from ulna.base import Status, Verdict, all_of
-from ulna.symbolic.exact.ball import leaves_of, tape
+from ulna.base import Verdict
+from ulna.symbolic.exact.ball import leaves_of
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.embed import attempt_exactly
 from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.sample import SEED, random_points
 from ulna.symbolic.exact.simplify import shortened, tidy
-from ulna.symbolic.exact.zero import SampledZero, are_zero
 from ulna.symbolic.solving.algebraic import algebraic
+from ulna.symbolic.solving.branch import on_branch
+from ulna.symbolic.solving.inverse_check import InversionTask, comes_back, verified
 from ulna.symbolic.solving.isolate import Base, Isolated, linear_in, number_at, peeled, solved_branches
-
-_RADIUS = sp.Rational(1, 200)
-"""Half width of the neighbourhood in which a candidate must be the inverse."""
 
 _WIDTH = 3
 """Ways followed at each step of the elimination."""
@@ -43,17 +41,6 @@ class Inversion:
     verdict: Verdict
     nonzero: tuple[sp.Expr, ...] = ()
     positive: tuple[sp.Expr, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Task:
-    """The map, its variables, and the base point with a number for every symbol."""
-
-    forward: tuple[sp.Expr, ...]
-    old: tuple[sp.Symbol, ...]
-    new: tuple[sp.Symbol, ...]
-    base: Base
-    seconds: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,7 +86,7 @@ def invert_map(
     values |= {leaf: sp.sympify(near[leaf]) for leaf in parameters if leaf in near}
     base: dict[sp.Basic, sp.Expr] = {**values, **{x: start[x].xreplace(values) for x in old}}
     base |= {z: one.xreplace(base) for z, one in zip(new, expressions, strict=True)}
-    task = _Task(forward=expressions, old=tuple(old), new=tuple(new), base=base, seconds=seconds)
+    task = InversionTask(forward=expressions, old=tuple(old), new=tuple(new), base=base, seconds=seconds)
     evidence: dict[str, object] = {"base": start} if moved else {}
     rejected: list[str] = []
     answer = attempt_exactly(seconds, "invert the map", _first_verified, task, start, claim, evidence, rejected)
@@ -129,18 +116,18 @@ def _regular_base(
 
 
 def _first_verified(
-    task: _Task, start: dict[sp.Symbol, sp.Expr], claim: str, evidence: dict[str, object], rejected: list[str]
+    task: InversionTask, start: dict[sp.Symbol, sp.Expr], claim: str, evidence: dict[str, object], rejected: list[str]
 ) -> Inversion | None:
     first = _State(equations=tuple(one - z for one, z in zip(task.forward, task.new, strict=True)), unknowns=task.old)
     for state in chain(_eliminated(first, task), _solved_as_a_whole(first, task)):
-        solution = _back_substituted(state)
+        solution = _back_substituted(state, task.base)
         plain = tuple(solution[x] for x in task.old)
-        quick = _comes_back(task, start, plain)
+        quick = comes_back(task, start, plain)
         if quick.fails:
             rejected.append(f"{plain}: {quick}")
             continue
         expressions = tuple(tidy(solution[x], seconds=0.3) for x in task.old)
-        verdict = _verified(task, start, expressions, claim, evidence)
+        verdict = verified(task, start, expressions, claim, evidence)
         if verdict.holds:
             nonzero, positive = _conditions(state, solution)
             return Inversion(expressions=expressions, verdict=verdict, nonzero=nonzero, positive=positive)
@@ -148,7 +135,7 @@ def _first_verified(
     return None
 
 
-def _eliminated(state: _State, task: _Task) -> Iterator[_State]:
+def _eliminated(state: _State, task: InversionTask) -> Iterator[_State]:
     """Every way found to reduce the equations to none, the most promising first."""
     if not state.unknowns:
         yield state
@@ -160,7 +147,9 @@ def _eliminated(state: _State, task: _Task) -> Iterator[_State]:
     state = _with_fewer_unknowns(state, task)
     for unknown, place, isolated in islice(_moves(state, task), _WIDTH):
         rest = [one for k, one in enumerate(state.equations) if k != place]
-        substituted = tuple(shortened(one.xreplace({unknown: isolated.expression})) for one in rest)
+        substituted = tuple(
+            shortened(on_branch(one.xreplace({unknown: isolated.expression}), task.base)) for one in rest
+        )
         yield from _eliminated(
             _State(
                 equations=substituted,
@@ -173,7 +162,7 @@ def _eliminated(state: _State, task: _Task) -> Iterator[_State]:
         )
 
 
-def _with_fewer_unknowns(state: _State, task: _Task) -> _State:
+def _with_fewer_unknowns(state: _State, task: InversionTask) -> _State:
     """The state with equations replaced by a ratio or sum of squares of two that has fewer unknowns.
 
     This finds the angles and radii of polar and spherical coordinates: r cos(a) = v and r sin(a) = w give
@@ -246,7 +235,7 @@ def _all_linear(state: _State) -> _State | None:
     )
 
 
-def _moves(state: _State, task: _Task) -> Iterator[tuple[sp.Symbol, int, Isolated]]:
+def _moves(state: _State, task: InversionTask) -> Iterator[tuple[sp.Symbol, int, Isolated]]:
     """Unknown, equation and solution; equations with few unknowns and linear ones first."""
     pairs = [
         (place, unknown)
@@ -289,7 +278,7 @@ def _others(state: _State, place: int, unknown: sp.Symbol) -> int:
     return len(_unknowns(state, state.equations[place]) - {unknown})
 
 
-def _solved_as_a_whole(state: _State, task: _Task) -> Iterator[_State]:
+def _solved_as_a_whole(state: _State, task: InversionTask) -> Iterator[_State]:
     """SymPy's solutions of all equations together; the verification picks the branch."""
     found = attempt(task.seconds / 2, "solve", sp.solve, state.equations, state.unknowns, dict=True)
     for solution in found.value or []:
@@ -297,10 +286,10 @@ def _solved_as_a_whole(state: _State, task: _Task) -> Iterator[_State]:
             yield replace(state, equations=(), unknowns=(), steps=tuple(solution.items()))
 
 
-def _back_substituted(state: _State) -> dict[sp.Symbol, sp.Expr]:
+def _back_substituted(state: _State, base: Base) -> dict[sp.Symbol, sp.Expr]:
     solution: dict[sp.Symbol, sp.Expr] = {}
     for unknown, expression in reversed(state.steps):
-        solution[unknown] = expression.xreplace(solution)
+        solution[unknown] = on_branch(expression.xreplace(solution), base)
     return solution
 
 
@@ -311,68 +300,3 @@ def _conditions(state: _State, solution: dict[sp.Symbol, sp.Expr]) -> tuple[tupl
         tuple(dict.fromkeys(one for one in nonzero if not one.is_nonzero)),
         tuple(dict.fromkeys(one for one in positive if not one.is_positive)),
     )
-
-
-def _verified(
-    task: _Task,
-    start: dict[sp.Symbol, sp.Expr],
-    expressions: tuple[sp.Expr, ...],
-    claim: str,
-    evidence: dict[str, object],
-) -> Verdict:
-    """Both compositions are the identity near the base point.
-
-    T(S(z)) = z by exact algebra, S(T(x0)) = x0 exactly and a regular Jacobian at x0 prove that S is the local
-    inverse (inverse function theorem); S(T(x)) = x at points near x0 is tested besides.
-    """
-    if any(one.has(*task.old) for one in expressions):
-        return Verdict.refuted(claim, found="old coordinates are left in the result")
-    back = dict(zip(task.old, expressions, strict=True))
-    there = dict(zip(task.new, task.forward, strict=True))
-    image = {z: one.xreplace(start) for z, one in there.items()}
-    near_old = _comes_back(task, start, expressions)
-    if not near_old.holds:
-        return near_old
-    if near_old.evidence.get("parameters"):
-        values = near_old.evidence["parameters"]
-        start = {x: value.xreplace(values) for x, value in start.items()}
-        image = {z: one.xreplace(values) for z, one in image.items()} | values
-        evidence = {**evidence, "parameters": values}
-    right = [task.forward[k].xreplace(back) - z for k, z in enumerate(task.new)]
-    near_new = are_zero(right, test=SampledZero(points=4, near=image, radius=_RADIUS, seconds=0.5))
-    if near_new.status is Status.PROVED and _fixes(expressions, image, start):
-        return Verdict.proved(claim, **evidence)
-    return all_of(claim, [near_new, near_old], **evidence)
-
-
-def _comes_back(task: _Task, start: dict[sp.Symbol, sp.Expr], expressions: tuple[sp.Expr, ...]) -> Verdict:
-    """S(T(x)) = x at points near x0, for any parameters or at least near those of the base point.
-
-    The branch of a root may hang on the signs of parameters: then the evidence names the `parameters`.
-    """
-    there = dict(zip(task.new, task.forward, strict=True))
-    left = [one.xreplace(there) - x for one, x in zip(expressions, task.old, strict=True)]
-    anywhere = are_zero(left, test=SampledZero(points=4, near=start, radius=_RADIUS, seconds=0))
-    parameters = {leaf: task.base[leaf] for leaf in leaves_of(left) if leaf not in task.old}
-    if anywhere.holds or not parameters:
-        return anywhere
-    base = {x: value.xreplace(parameters) for x, value in start.items()}
-    there_only = are_zero(
-        left, test=SampledZero(points=4, near={**base, **parameters}, radius=_RADIUS * _smallest(parameters), seconds=0)
-    )
-    return replace(there_only, evidence={**there_only.evidence, "parameters": parameters})
-
-
-def _smallest(values: Mapping[sp.Basic, sp.Expr]) -> sp.Expr:
-    """The least modulus of the values that are not zero, at most one."""
-    return min((sp.S.One, *(abs(value) for value in values.values() if value != 0)), key=float)
-
-
-def _fixes(
-    expressions: tuple[sp.Expr, ...], image: Mapping[sp.Symbol, sp.Expr], start: Mapping[sp.Symbol, sp.Expr]
-) -> bool:
-    """True only if the inverse takes the image of the base point exactly back to it."""
-    differences = [one.xreplace(dict(image)) - x for one, x in zip(expressions, start.values(), strict=True)]
-    if any(one.has(sp.nan, sp.zoo, sp.oo) for one in differences):
-        return False
-    return bool(tape(differences).roots) and are_zero(differences).status is Status.PROVED
