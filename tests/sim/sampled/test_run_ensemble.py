@@ -9,11 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 
+from ulna.base import SimulationError
 from ulna.sim import (
     TIME,
     Continuous,
     EnsembleResult,
+    ExactHold,
     Formula,
     Jitter,
     MeasurementNoise,
@@ -28,7 +31,7 @@ from ulna.sim import (
 )
 from ulna.sim.sampled import compiled as cache
 from ulna.sim.sampled import ensemble as engine
-from ulna.system import System, system_from_mapping
+from ulna.system import LinearInjection, System, system_from_mapping
 
 ARM = system_from_mapping(
     {
@@ -133,6 +136,51 @@ def test_references_disturbances_and_targets_may_differ_from_run_to_run() -> Non
         assert np.array_equal(one.final_state, many.final_state[k])
     assert many.steady_error[0, 0] == pytest.approx(0.0, abs=1e-3)
     assert math.isfinite(many.settling_time[0, 0])
+
+
+def test_estimator_and_controller_may_start_differently_in_each_run() -> None:
+    calm = Sampled(controller=CONTROLLER, period=0.01, references={"r": 0.0}, initial={"b": 0.3})
+    starts = np.array([0.0, 0.4, -0.7])
+    many = run_ensemble(ARM, [0.5, 0.0], 1.0, time=calm, controller_initial={"a": starts})
+    assert len(many) == 3
+    assert len(set(many.final_state[:, 0])) == 3
+    for k, start in enumerate(starts):
+        one = simulate(ARM, [0.5, 0.0], 1.0, time=replace(calm, initial={"a": start, "b": 0.3}))
+        assert np.array_equal(one.final_state, many.final_state[k])
+
+
+def test_estimates_of_an_injected_observer_may_start_differently_in_each_run() -> None:
+    y, u = sp.symbols("y u", real=True)
+    q, v = sp.symbols("q_hat v_hat", real=True)
+    observer = system_from_mapping(
+        {
+            "name": "observer",
+            "states": {"a": "b + 8*(y - a)", "b": "u - sin(y) + 20*(y - a)"},
+            "inputs": {"u": {}, "y": {}},
+            "outputs": {"q_hat": "a", "v_hat": "b - sin(a)"},
+        }
+    )
+    parts = LinearInjection(
+        system=observer,
+        matrix=sp.ImmutableDenseMatrix([[-8, 1], [-20, 0]]),
+        injection=(8 * y, u - sp.sin(y) + 20 * y),
+        start=(q, v + sp.sin(q)),
+    )
+    law = system_from_mapping(
+        {"name": "law", "states": {"n": "0"}, "inputs": {"q": {}, "v": {}}, "outputs": {"u": "-4*q - 3*v"}}
+    )
+    calm = Sampled(controller=law, estimator=parts, period=0.01, discretisation=ExactHold())
+    guesses = np.array([0.1, 0.7, -0.3])
+    many = run_ensemble(ARM, [0.5, 0.0], 1.0, time=calm, controller_initial={"q_hat": guesses})
+    for k, guess in enumerate(guesses):
+        one = simulate(ARM, [0.5, 0.0], 1.0, time=replace(calm, initial={"q_hat": guess}))
+        assert one["q_hat"][0] == pytest.approx(guess)
+        assert np.array_equal(one.final_state, many.final_state[k])
+
+
+def test_a_continuous_loop_has_no_controller_to_start() -> None:
+    with pytest.raises(SimulationError, match="no controller beside the plant"):
+        run_ensemble(ARM, [0.5, 0.0], 1.0, time=Continuous(), controller_initial={"a": 1.0})
 
 
 def test_a_shared_disturbance_may_be_a_formula() -> None:

@@ -56,6 +56,7 @@ LAW = _static("law", "y", "u", "-y")
         (lambda: Sampled(controller=LAW, period=float("nan")), "positive time"),
         (lambda: Sampled(controller=LAW, period=0.1, delay=-1.0), "delay"),
         (lambda: Sampled(controller=LAW, period=0.1, plant_steps=0), "at least one step"),
+        (lambda: Sampled(controller=LAW, period=0.1, plant_order=3), "order 2 or 4"),
         (lambda: Sampled(controller=LAW, period=0.1, seed=-1), "64 bits"),
         (lambda: Sampled(controller=LAW, period=0.1, bound=0.0), "bound"),
         (lambda: Sampled(controller=LAW, period=0.1, jitter=Jitter(width=0.2)), "not shorter than the period"),
@@ -101,6 +102,19 @@ def test_settings_that_do_not_fit_the_loop_are_refused(settings: dict[str, Any],
         simulate(PLANT, [1.0], 1.0, time=Sampled(**{"controller": LAW, "period": 0.1, **settings}))
 
 
+def test_bridges_that_switch_need_one_carrier() -> None:
+    table = {"name": "two", "states": {"x": "u + v"}, "inputs": {"u": {}, "v": {}}, "outputs": {"y": "x"}}
+    law = {"name": "law", "states": {"n": "0"}, "inputs": {"y": {}}, "outputs": {"u": "-y", "v": "-y"}}
+    drive = {name: Pwm(frequency=f, supply=1.0, switched=True) for name, f in (("u", 100.0), ("v", 200.0))}
+    with pytest.raises(SimulationError, match="different carriers: 100 Hz, 200 Hz"):
+        simulate(
+            system_from_mapping(table),
+            [1.0],
+            1.0,
+            time=Sampled(controller=system_from_mapping(law), period=0.1, drive=drive),
+        )
+
+
 def test_wires_that_lead_nowhere_are_named() -> None:
     deaf = _static("deaf", "w", "u", "w")
     with pytest.raises(SimulationError, match="input 'w' of 'deaf': nothing in the loop feeds it"):
@@ -125,6 +139,8 @@ def test_wires_that_lead_nowhere_are_named() -> None:
         ({"inputs": {"u": 1.0}}, "drives it already"),
         ({"references": {"r": 1.0}}, "nothing reads r"),
         ({"targets": {"x2": 1.0}}, "no output"),
+        ({"controller_initial": {"z": 1.0}}, "there is no z"),
+        ({"controller_initial": {"z": [1.0, 2.0]}, "initial": [[1.0]] * 3}, "numbers of runs differ"),
         ({"seeds": [-1]}, "whole numbers"),
         ({"samples": 0}, "at least one interval"),
     ],
