@@ -203,7 +203,7 @@ def test_the_law_exists_wherever_the_decoupling_matrix_is_regular(name):
         right = generator.choice([0, np.pi / 2, -np.pi / 2, np.pi], n)
         states = np.where(generator.random(n) < 0.6, right, generator.uniform(-1, 1, n))
         v = generator.uniform(-1, 1, m)
-        values = np.array(lie(*states, *([0.0] * (len(law.lie.inputs) - n))))
+        values = np.array(lie(*states))
         beta = values[m:].reshape(m, m).T
         if not np.isfinite(beta).all() or np.linalg.cond(beta) > 1e4:
             continue
@@ -250,6 +250,33 @@ def test_accelerations_that_inputs_move_are_not_solved_for():
     assert np.array(to_numpy(law.law)(*at.values(), 0.5, 0.2)) == pytest.approx(
         symbolic_law(rigid, np.array(list(at.values())), np.array([0.5, 0.2])), rel=1e-10
     )
+
+
+def test_joints_with_and_without_springs_mix():
+    """Degrees 2 and 4: the accelerations left open at one order stand squared in the next; slopes solve what remains."""
+    mixed = system_from_mapping(
+        {
+            "definitions": {
+                "a": {"zero": "u1 - (2 + cos(q))*a - sin(q)*w**2"},
+                "b": {"zero": "9*(p - s) - 3*b - sin(s)"},
+            },
+            "states": {"q": "w", "w": "a", "s": "d", "d": "b", "p": "r", "r": "u2 - 9*(p - s)"},
+            "inputs": {"u1": {}, "u2": {}},
+            "outputs": {"y1": "q", "y2": "s"},
+        }
+    )
+    law = compiled_law(mixed)
+    assert law.indices == (2, 4)
+    states, v = np.array([0.4, 1.1, -0.3, 0.6, 0.2, -0.7]), np.array([0.5, 0.2])
+    assert np.array(to_numpy(law.law)(*states, *v)) == pytest.approx(symbolic_law(mixed, states, v), rel=1e-10)
+
+
+def test_a_state_may_bear_the_name_of_a_new_input():
+    law = compiled_law(
+        system_from_mapping({"states": {"x": "v1", "v1": "u - 3*v1"}, "inputs": {"u": {}}, "outputs": {"y": "x"}})
+    )
+    assert (law.law.inputs, law.lie.inputs) == (("x", "v1", "v_1"), ("x", "v1"))
+    assert to_numpy(law.law)(0.0, 2.0, 0.5) == (6.5,)
 
 
 def test_what_has_no_compiled_law_says_why():

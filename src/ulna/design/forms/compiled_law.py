@@ -29,7 +29,8 @@ class CompiledLaw:
 
     Attributes:
         system: the plant; indices: (m,) relative degrees of the outputs.
-        law: kernel with inputs the states and v1, v2, …, outputs the plant's inputs.
+        law: kernel with inputs the states and v1, v2, … (v_1, v_2, … where the plant has such names), outputs the
+            plant's inputs.
         lie: kernel of α (outputs `h1:r`, …) and β (outputs `h1:r/u1`, …) in the states.
         verdict: on the relative degrees and β, from random points.
     """
@@ -69,7 +70,7 @@ def compiled_law(system: System, outputs: Sequence[sp.Expr] | None = None) -> Co
     derivatives = lie_derivatives(field.source, field.states, field.rates, max(degrees))
     top = restricted(derivatives, tops)
     slopes = at_zero(tangents(top, field.inputs), field.inputs)
-    new = tuple(f"v{k + 1}" for k in range(m))
+    new = _new_inputs(field)
     lie = joined("Lie derivatives", [at_zero(top, field.inputs), slopes], new)
     matrix = [[f"{label}/{u}" for u in field.inputs] for label in tops]
     samples = _sampled(restricted(lie, [e for row in matrix for e in row]), field, POINTS).reshape(POINTS, m, m)
@@ -83,7 +84,15 @@ def compiled_law(system: System, outputs: Sequence[sp.Expr] | None = None) -> Co
     law = _prescribed(name, field, degrees, wanted)
     if law is None:
         law = without_inputs(solved(name, lie, matrix, wanted, field.inputs, samples), field.inputs)
+    lie = without_inputs(lie, (*field.inputs, *new))
     return CompiledLaw(system=system, indices=degrees, law=law, lie=lie, verdict=degree)
+
+
+def _new_inputs(field: FieldKernel) -> tuple[str, ...]:
+    stem = "v"
+    while {f"{stem}{k + 1}" for k in range(len(field.inputs))} & set(field.kernel.inputs):
+        stem += "_"
+    return tuple(f"{stem}{k + 1}" for k in range(len(field.inputs)))
 
 
 def _prescribed(
