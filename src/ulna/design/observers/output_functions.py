@@ -15,6 +15,7 @@ from ulna.symbolic.exact.linear import nullspace
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, is_zero
+from ulna.symbolic.integration.circular_substitution import antiderivative_by_substitution
 from ulna.symbolic.integration.potential import antiderivative, antiderivative_by_rules, potential_in_span
 from ulna.symbolic.solving.invert import invert_map
 from ulna.system.affine import ControlAffine
@@ -185,6 +186,9 @@ def _antiderivatives(slope: sp.Expr, y: sp.Symbol) -> Iterator[sp.Expr]:
     ruled = antiderivative_by_rules(expanded, y)
     if ruled is not None:
         yield ruled
+    circular = antiderivative_by_substitution(slope, y)
+    if circular is not None:
+        yield circular
     forms = list(dict.fromkeys((expanded, slope)))
     for form in forms:
         found = attempt(0.5, "potential", potential_in_span, (form,), (y,)).value
