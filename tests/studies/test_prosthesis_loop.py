@@ -11,7 +11,6 @@ import sympy as sp
 
 from ulna.models import preset
 from ulna.sim import Quantiser, Sampled, Saturation, simulate
-from ulna.sim.sampled.discretisation import RungeKutta4
 from ulna.studies.prosthesis.designs import joined
 from ulna.studies.prosthesis.lanes import LANES, block
 from ulna.studies.prosthesis.load_robust_designs import load_robust_design
@@ -64,7 +63,6 @@ def _in_general(bench: Bench, *, volts: float, step: float, load: float, delay: 
         estimator=design.observer.system,
         period=PERIOD,
         delay=delay,
-        discretisation=RungeKutta4(interpolate=False),
         plant_steps=plant_steps(bench),
         saturation=Saturation(lower=-volts, upper=volts),
         sensors=Quantiser(step=step),

@@ -14,6 +14,7 @@ from ulna.design.control.compensator import close_loop
 from ulna.design.control.gains import Poles
 from ulna.design.control.load_robust import LoadRobust, load_robust_compensator
 from ulna.design.control.loop_grid import LoopGrid, loop_grid
+from ulna.design.control.reference import AbstractReference
 from ulna.design.control.sampled_stability import sampled_grid
 from ulna.models import Preset, arm_with_drive
 from ulna.system import Signal
@@ -54,8 +55,11 @@ TUNINGS: Mapping[str, RobustTuning] = MappingProxyType(
 """By preset; `heaviest` is in nominal loads."""
 
 
-def load_robust_design(preset: Preset) -> LoadRobust:
+def load_robust_design(preset: Preset, *, reference: AbstractReference | None = None) -> LoadRobust:
     """The load-robust compensator of a preset; its estimate `load_torque_hat` is in N m.
+
+    Args:
+        reference: `SetPoint()` where left out.
 
     Raises:
         PlantError: for a preset without a tuning.
@@ -73,6 +77,7 @@ def load_robust_design(preset: Preset) -> LoadRobust:
         observer=Poles(*tuning.observer),
         fast=tuning.fast,
         period=None if preset.limits.period is None else float(preset.limits.period),
+        reference=reference,
         disturbance=LOAD_TORQUE,
     )
 

@@ -74,14 +74,13 @@ def keep(k, first, count, lanes, x, given, flags, record):  # noqa: ANN001, ANN2
 
 @_compiled
 @no_type_check
-def sense(k, lanes, x, noise, hardware, reference, given, seen):  # noqa: ANN001, ANN201
-    """What the controllers read at sample k: `CONTROL_INPUTS`, the angle through noise and encoder."""
+def sense(k, lanes, x, noise, hardware, reference, seen):  # noqa: ANN001, ANN201
+    """What controllers read at sample k: `CONTROL_INPUTS` but for the voltage, the angle through noise and encoder."""
     for lane in range(lanes):
         step = hardware[lane]
         seen[lane] = step * (((x[lane] + noise[lane]) / step + ROUNDING) - ROUNDING)
         seen[lanes + lane] = x[lanes + lane]
         seen[2 * lanes + lane] = x[2 * lanes + lane]
-        seen[APPLIED * lanes + lane] = given[lane]
     for row in range(reference.shape[0]):
         value = reference[row, k]
         for lane in range(lanes):
@@ -90,22 +89,25 @@ def sense(k, lanes, x, noise, hardware, reference, given, seen):  # noqa: ANN001
 
 @_compiled
 @no_type_check
-def runge_kutta(rates, h, x, given, numbers, at, slope, total):  # noqa: ANN001, ANN201
-    """One classical Runge-Kutta step of length h, in place; `rates` is f(at, given, numbers, slope)."""
+def runge_kutta(rates, h, x, begin, middle, end, numbers, at, slope, total):  # noqa: ANN001, ANN201
+    """One classical Runge-Kutta step of length h, in place; `rates` is f(at, given, numbers, slope).
+
+    What is given is `begin`, `middle` and `end` at the places of the step.
+    """
     half, sixth, size = 0.5 * h, h / 6.0, x.shape[0]
-    rates(x, given, numbers, slope)
+    rates(x, begin, numbers, slope)
     for j in range(size):
         total[j] = slope[j]
         at[j] = x[j] + half * slope[j]
-    rates(at, given, numbers, slope)
+    rates(at, middle, numbers, slope)
     for j in range(size):
         total[j] += 2.0 * slope[j]
         at[j] = x[j] + half * slope[j]
-    rates(at, given, numbers, slope)
+    rates(at, middle, numbers, slope)
     for j in range(size):
         total[j] += 2.0 * slope[j]
         at[j] = x[j] + h * slope[j]
-    rates(at, given, numbers, slope)
+    rates(at, end, numbers, slope)
     for j in range(size):
         x[j] += sixth * (total[j] + slope[j])
 
@@ -156,9 +158,9 @@ def run_blocks(
 ) -> None:
     """Run a controller on many plants, block by block; results go into `record`.
 
-    At sample k: quantise the angle, compute the command from the memory, hold the command of sample k − 1 (limited by
-    battery and current) on the motor until k + 1, advance the controller's memory with it and the plant in `steps`
-    classical Runge-Kutta steps, stop at the walls.
+    At sample k: quantise the angle; advance the controller's memory from k − 1, what it reads on straight lines between
+    the samples; compute the command; hold the command of sample k − 1 (limited by battery and current) on the motor
+    until k + 1; advance the plant in `steps` classical Runge-Kutta steps, stop at the walls.
 
     Args:
         plant, memory_rates: f(state, input, numbers, out), the rates of a block. command: the same, out the command.
@@ -177,7 +179,8 @@ def run_blocks(
     own = np.empty(plant_numbers.shape[1] * lanes)
     held, kept = np.empty(command_numbers.shape[1] * lanes), np.empty(memory_numbers.shape[1] * lanes)
     parts, heard = np.empty(hardware.shape[1] * lanes), np.empty(lanes)
-    given, seen = np.empty(3 * lanes), np.empty(8 * lanes)
+    given = np.empty(3 * lanes)
+    older, between, seen = np.empty(8 * lanes), np.empty(8 * lanes), np.empty(8 * lanes)
     wanted, flags = np.empty(lanes), np.empty(lanes)
     for first in range(0, starts.shape[0], lanes):
         count = min(lanes, starts.shape[0] - first)
@@ -195,13 +198,19 @@ def run_blocks(
                 given[2 * lanes + lane] = push[k]
             limit(lanes, x, parts, wanted, given, flags)
             keep(k, first, count, lanes, x, given, flags, record)
-            sense(k, lanes, x, heard, parts, reference, given, seen)
+            sense(k, lanes, x, heard, parts, reference, seen)
+            if k > 0 and m > 0:
+                for j in range(8 * lanes):
+                    between[j] = 0.5 * (older[j] + seen[j])
+                runge_kutta(memory_rates, period, z, older, between, seen, kept, z_at, z_slope, z_sum)
+            for lane in range(lanes):
+                seen[APPLIED * lanes + lane] = given[lane]
             command(z, seen, held, wanted)
+            for j in range(8 * lanes):
+                older[j] = seen[j]
             for lane in range(lanes):
                 # A controller that has lost itself gives nothing: 0 V, as a watchdog does. A NaN is lost too.
                 wanted[lane] = wanted[lane] if abs(wanted[lane]) < LOST else 0.0
-            if m > 0:
-                runge_kutta(memory_rates, period, z, seen, kept, z_at, z_slope, z_sum)
             for _ in range(steps):
-                runge_kutta(plant, period / steps, x, given, own, x_at, x_slope, x_sum)
+                runge_kutta(plant, period / steps, x, given, given, given, own, x_at, x_slope, x_sum)
                 stop_at_walls(lanes, x, parts)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,11 @@ from ulna.plot.save import svg_text
 from ulna.report import output_folder, render_page, results_text
 from ulna.studies.prosthesis.animation import animation
 from ulna.studies.prosthesis.compare import Comparison, compare, plain_results
-from ulna.studies.prosthesis.demonstration import Demonstration, demonstrate
+from ulna.studies.prosthesis.demonstration import demonstrate
 from ulna.studies.prosthesis.emg_recording import read_recording
 from ulna.studies.prosthesis.figures import demonstration_figure, spread_figure, task_figure
 from ulna.studies.prosthesis.page import COLUMNS, document
-from ulna.studies.prosthesis.plant import bench_of
+from ulna.studies.prosthesis.plant import Bench, bench_of
 
 PLANTS = 200
 """Plants of each arm in the full comparison."""
@@ -61,11 +62,12 @@ def study_prosthesis(
     muscles = None if recording is None else read_recording(recording)
     folder = Path(out)
     with output_folder(folder) as place:
-        found = tuple(compare(bench, count=QUICK_PLANTS if quick else PLANTS) for bench in benches)
+        found, pictures = _compared(benches, QUICK_PLANTS if quick else PLANTS)
         shown = demonstrate(benches[0], muscles, source="" if recording is None else Path(recording).name)
+        pictures["muscles"] = svg_text(demonstration_figure(shown), prefix="muscles-")
         results = {"quick": quick, "presets": {each.bench.preset.name: plain_results(each) for each in found}}
         (place / "results.json").write_text(results_text(results), encoding="utf-8")
-        page = render_page(document(found, _pictures(found, shown)))
+        page = render_page(document(found, pictures))
         (place / "index.html").write_text(page, encoding="utf-8")
     return ProsthesisStudy(found=found, results=results, folder=folder, page=folder / "index.html")
 
@@ -86,13 +88,23 @@ def summary_table(study: ProsthesisStudy) -> TextTable:
     return table
 
 
-def _pictures(found: Sequence[Comparison], shown: Demonstration) -> dict[str, str]:
-    """Every figure as SVG text by name."""
-    pictures = {"muscles": svg_text(demonstration_figure(shown), prefix="muscles-")}
-    for each in found:
-        name = each.bench.preset.name
-        pictures[f"{name}-animation"] = animation(each)
-        pictures[f"{name}-spread"] = svg_text(spread_figure(each), prefix=f"{name}-spread-")
-        for key in CURVES:
-            pictures[f"{name}-{key}"] = svg_text(task_figure(each, key), prefix=f"{name}-{key}-")
+def _compared(benches: Sequence[Bench], count: int) -> tuple[tuple[Comparison, ...], dict[str, str]]:
+    """The comparisons and their pictures; one arm is drawn while the next one runs."""
+    with ThreadPoolExecutor(max_workers=1) as drawing:
+        found, drawn = [], []
+        for bench in benches:
+            found.append(compare(bench, count=count))
+            drawn.append(drawing.submit(_pictures, found[-1]))
+        return tuple(found), {name: text for each in drawn for name, text in each.result().items()}
+
+
+def _pictures(found: Comparison) -> dict[str, str]:
+    """Every figure of an arm as SVG text by name."""
+    name = found.bench.preset.name
+    pictures = {
+        f"{name}-animation": animation(found),
+        f"{name}-spread": svg_text(spread_figure(found), prefix=f"{name}-spread-"),
+    }
+    for key in CURVES:
+        pictures[f"{name}-{key}"] = svg_text(task_figure(found, key), prefix=f"{name}-{key}-")
     return pictures
