@@ -253,7 +253,7 @@ def test_accelerations_that_inputs_move_are_not_solved_for():
 
 
 def test_joints_with_and_without_springs_mix():
-    """Degrees 2 and 4: the accelerations left open at one order stand squared in the next; slopes solve what remains."""
+    """Degrees 2 and 4: accelerations left open at one order stand squared in a later one; slopes solve what remains."""
     mixed = system_from_mapping(
         {
             "definitions": {

@@ -104,13 +104,12 @@ def _prescribed(
     """
     tops = list(zip(field.functions, degrees, strict=True))
     program = open_derivatives(field.source, field.states, field.rates, tops, field.inputs)
-    generic = np.random.default_rng(SEED).uniform(0.2, 1.2, len(program.kernel.inputs))
-    given = dict(field.point)
-    here = [given.get(label, x) for label, x in zip(program.kernel.inputs, generic, strict=True)]
+    inputs = program.kernel.inputs
+    generic = dict(zip(inputs, np.random.default_rng(SEED).uniform(0.2, 1.2, len(inputs)).tolist(), strict=True))
+    here = generic | dict(field.point)
     equations = [*wanted, *((None, label) for label in program.residuals)]
-    law = solved_for_inputs(
-        name, program.kernel, (*field.inputs, *program.coefficients), equations, [generic.tolist(), here]
-    )
+    samples = [[point[label] for label in inputs] for point in (generic, here)]
+    law = solved_for_inputs(name, program.kernel, (*field.inputs, *program.coefficients), equations, samples)
     return None if law is None else restricted(law, field.inputs)
 
 

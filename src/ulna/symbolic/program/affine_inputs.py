@@ -2,7 +2,9 @@
 
 The values that depend on the sought inputs are unknowns together with these, every instruction one sparse equation.
 Elimination where it fills least (H. M. Markowitz, Management Science 3 (1957)) runs a program of chained solves
-backwards at about the cost of one forward pass; no matrix of slopes is formed or inverted.
+backwards at about the cost of one forward pass; no matrix of slopes is formed or inverted. A program cannot choose
+pivots while it runs: numbers come first, then coefficients that are factors of the determinant; what small full block
+is left divides by its determinant, and only a larger one takes pivots that were large at the samples.
 """
 
 from __future__ import annotations
