@@ -172,6 +172,15 @@ def _check_room(folder: Folder, experiment: Experiment) -> None:
     if each * missing > free:
         raise CampaignError(
             f"the result folder '{folder.path}'",
-            f"{missing} runs take {each * missing / 1e9:.3g} GB, {free / 1e9:.3g} GB are free there.",
+            f"{missing} runs take {_size(each * missing)}, {_size(free)} are free there.",
             "Make room, or ask for fewer runs.",
         )
+
+
+def _size(amount: float) -> str:
+    """As people read it: 2.12 MB."""
+    for unit in ("bytes", "kB", "MB", "GB"):
+        if amount < 1000:
+            return f"{amount:.3g} {unit}"
+        amount /= 1000
+    return f"{amount:.3g} TB"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
@@ -23,7 +24,7 @@ AHEAD = 3
 """Tasks in flight for each thread of the workers."""
 
 LOOK = 0.5
-"""s between two looks at whether there are workers at all."""
+"""s between two looks at how many workers there are, if any."""
 
 
 @contextmanager
@@ -86,9 +87,13 @@ def dask_parts(
         future = client.submit(computed_part, settings, dict(versions), *span, 1, pure=False, retries=0)
         flying[future] = span
 
+    threads, looked = 0, -math.inf
     try:
         while True:
-            room = AHEAD * _threads(client, timeout) - len(flying)
+            if time.monotonic() > looked + LOOK:
+                # Each look is a trip to the scheduler and back.
+                threads, looked = _threads(client, timeout), time.monotonic()
+            room = AHEAD * threads - len(flying)
             for span in islice(left, max(0, room)):
                 send(span)
             if not flying:
