@@ -110,3 +110,19 @@ def test_an_input_that_breaks_the_form_in_every_output_function_is_refused() -> 
     assert good.form is not None
     view = good.form.view
     assert are_zero([lie_derivative(good.form.map.forward[0], view.f, view.x)]).holds
+
+
+def test_a_motor_with_measured_currents_is_refused_by_two_points_with_the_same_outputs() -> None:
+    rates = {
+        "pa": "-5*pa - w*pb + ia/2",
+        "pb": "-5*pb + w*pa + ib/2",
+        "ia": "-50*ia + 100*pa + 20*w*pb + ua",
+        "ib": "-50*ib + 100*pb - 20*w*pa + ub",
+        "w": "0",
+    }
+    found = output_transformation(plant(rates, {"y1": "ia", "y2": "ib"}, "ua ub", pa=1, w=1))
+    assert found.verdict.fails
+    first, second = found.verdict.evidence["points"]
+    ia, ib = sp.symbols("ia ib", real=True)
+    assert (first[ia], first[ib]) == (second[ia], second[ib])
+    assert found.verdict.evidence["any_psi"]

@@ -52,6 +52,7 @@ from ulna.symbolic.formulas.text import formula
 from ulna.system.system import System
 
 _SECONDS = 10.0
+_SEVERAL_SECONDS = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +129,7 @@ def _of_several(system: System, plain: ObserverFormSearch, claim: str) -> Output
     """One function for each output; a no only where no other way to transform the outputs is left."""
     if not observability(system).observable.holds or 0 in observability(system).indices:
         return _none(system, Verdict(claim=claim, status=plain.verdict.status, evidence=plain.verdict.evidence))
-    found = attempt(_SECONDS / 2, "output transformations", _functions_or_verdict, system)
+    found = attempt(_SEVERAL_SECONDS, "output transformations", _functions_or_verdict, system)
     if not isinstance(found.value, OutputFunctions):
         why = Verdict.undecided(claim, tried=found.reason) if found.value is None else found.value
         return _none(system, Verdict(claim=claim, status=why.status, evidence={"because": why.claim, **why.evidence}))

@@ -20,6 +20,7 @@ from itertools import product
 import sympy as sp
 
 from ulna.base.verdict import Verdict
+from ulna.design.observers.connection_at_points import refuted_by_two_points
 from ulna.design.observers.observer_blocks import BlockFrame, block_frame
 from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs
 from ulna.design.observers.observer_form import ObserverForm
@@ -30,9 +31,11 @@ from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.system.affine import control_affine
 from ulna.system.system import System
 
-_TEST = SampledZero(seconds=0.2)
+_LARGE = 60
+"""Operations in the observability matrix above which two points are looked at before anything is differentiated."""
+_SAMPLED = SampledZero(seconds=0)
 Connection = dict[tuple[int, int, int], sp.Expr]
-"""Γ^r_{jm} ≠ 0 in the output symbols by (r, j, m)."""
+"""Γ^r_{jm} ≠ 0 as functions of the state, by (r, j, m)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,96 +65,108 @@ def output_functions(system: System) -> OutputFunctions:
     """
     section = output_section(control_affine(system))
     seen = observability(system)
+    if max(seen.indices) > 2 or sum(e.count_ops() for e in seen.matrix) > _LARGE:
+        quick = refuted_by_two_points(seen, _places(seen.indices))
+        if quick.fails:
+            raise NotOfOutputsError(quick)
     frame = block_frame(section, seen)
     if frame is None:
         raise NotOfOutputsError(Verdict.undecided("derivatives of the outputs as coordinates", tried="their inverse"))
     sizes = frame.indices
     equal = len(set(sizes)) == 1
     connection = _connection(frame)
-    mixed = {key: value for key, value in connection.items() if len(set(key)) > 1}
-    crossed = _crossed(section, frame, connection)
-    if equal and (mixed or crossed):
-        _require_flat(section, frame, connection)
-    if mixed or crossed:
-        shown = next(iter((mixed or crossed).values()))
-        claim = "every output has a function of its own"
-        raise NotOfOutputsError(Verdict.undecided(claim, tried="one function for each output", mixing=shown))
+    mixed = {key: value for key, value in connection.items() if len(set(key)) > 1} or _crossed(frame, connection)
+    if equal and mixed:
+        _require_flat(frame, connection)
+    if mixed:
+        claim, (r, j, m) = "every output has a function of its own", next(iter(mixed))
+        why = f"y{r + 1}^({sizes[r]}) holds y{j + 1}^({sizes[r] - 1}) y{m + 1}' times a function of several outputs"
+        if r != j or j != m:
+            why = f"y{r + 1}^({sizes[r]}) holds y{j + 1}^({sizes[r] - 1}) y{m + 1}'"
+        raise NotOfOutputsError(Verdict.undecided(claim, tried="one function for each output", mixing=why))
     functions = []
     for i, (size, y) in enumerate(zip(sizes, section.y, strict=True)):
-        phi = tidy(-connection.get((i, i, i), sp.Integer(0)) / size, seconds=0.3)
-        functions.append(y if phi == 0 else _integrated_twice(section, phi, i))
+        if (i, i, i) not in connection:
+            functions.append(y)
+            continue
+        phi = of_outputs(section, -connection[i, i, i] / size, f"ψ_{i + 1}''/ψ_{i + 1}'")
+        functions.append(_integrated_twice(section, tidy(phi, seconds=0.3), i))
     drift_only = not any(control_affine(system).g)
     return OutputFunctions(
         symbols=section.y, functions=tuple(functions), unique=equal or (max(sizes) <= 2 and drift_only)
     )
 
 
+def _places(sizes: Sequence[int]) -> list[tuple[int, int, int]]:
+    """(r, j, m) of the coefficients Γ^r_{jm}; with κ = 2 those with j > m are the same again."""
+    p = range(len(sizes))
+    return [
+        (r, j, m)
+        for r, j, m in product(p, repeat=3)
+        if 2 <= sizes[r] <= sizes[j] and sizes[m] >= 2 and not (sizes[r] == 2 and m < j)
+    ]
+
+
 def _connection(frame: BlockFrame) -> Connection:
-    """Γ, written in the outputs.
+    """The Γ that do not vanish.
 
     Raises:
         NotOfOutputsError: refuted for every Ψ if an entry is not a function of the outputs.
     """
     section, sizes = frame.section, frame.indices
     found: Connection = {}
-    for r, size in enumerate(sizes):
-        if size < 2:
+    tops = {r: frame.lie(section.view.h[r], size) for r, size in enumerate(sizes) if size >= 2}
+    for r, j, m in _places(sizes):
+        entry = frame.slope(frame.slope(tops[r], j, sizes[r] - 1), m, 1)
+        if is_zero(entry, test=_SAMPLED).holds:
             continue
-        top = frame.lie(section.view.h[r], size)
-        for j, m in product(range(len(sizes)), repeat=2):
-            if sizes[j] < size or sizes[m] < 2 or (size == 2 and m < j and sizes[m] >= size):
-                continue
-            second = frame.slope(frame.slope(top, j, size - 1), m, 1)
-            if is_zero(second, test=_TEST).holds:
-                continue
-            what = f"the coefficient of y{j + 1}^({size - 1}) y{m + 1}' in y{r + 1}^({size})"
-            try:
-                entry = of_outputs(section, second, what)
-            except NotOfOutputsError as failure:
-                raise NotOfOutputsError(_for_every_transformation(failure.verdict)) from None
-            found[r, j, m] = entry
-            if size == 2 and sizes[m] >= size:
-                found[r, m, j] = entry
+        judged = section.depends_on_outputs_only(entry)
+        if not judged.holds:
+            claim = f"the coefficient of y{j + 1}^({sizes[r] - 1}) y{m + 1}' in y{r + 1}^({sizes[r]}) is one of y"
+            evidence = {**judged.evidence, "any_psi": True} if judged.fails else judged.evidence
+            raise NotOfOutputsError(Verdict(claim=claim, status=judged.status, evidence=evidence))
+        found[r, j, m] = entry
+        if sizes[r] == 2:
+            found[r, m, j] = entry
     return found
 
 
-def _for_every_transformation(verdict: Verdict) -> Verdict:
-    if not verdict.fails:
-        return verdict
-    return replace(verdict, evidence={**verdict.evidence, "any_psi": True})
-
-
-def _crossed(section: OutputSection, frame: BlockFrame, connection: Connection) -> Connection:
+def _crossed(frame: BlockFrame, connection: Connection) -> Connection:
     """Entries Γ^i_{ii} that depend on other outputs with derivatives of their own."""
-    moving = {y for y, size in zip(section.y, frame.indices, strict=True) if size >= 2}
+    others = [j for j, size in enumerate(frame.indices) if size >= 2]
     return {
         (i, j, m): value
         for (i, j, m), value in connection.items()
-        if i == j == m and value.free_symbols & (moving - {section.y[i]})
+        if i == j == m and any(not is_zero(frame.slope(value, k, 0), test=_SAMPLED).holds for k in others if k != i)
     }
 
 
-def _require_flat(section: OutputSection, frame: BlockFrame, connection: Connection) -> None:
+def _require_flat(frame: BlockFrame, connection: Connection) -> None:
     """Refuse a connection without p parallel gradients: it is not symmetric or has curvature.
 
     Raises:
         NotOfOutputsError: refuted for every Ψ.
     """
-    p, size, y = len(section.y), frame.indices[0], section.y
+    p, size = len(frame.indices), frame.indices[0]
+    A = {key: -value / size for key, value in connection.items()}
+    zero = sp.Integer(0)
 
-    def A(r: int, j: int, m: int) -> sp.Expr:
-        return -connection.get((r, j, m), sp.Integer(0)) / size
+    def slope(r: int, j: int, m: int, k: int) -> sp.Expr:
+        return frame.slope(A[r, j, m], k, 0) if (r, j, m) in A else zero
 
-    claim = "the equations ∂_m ∂_j ψ = −Σ_r Γ^r_{jm} ∂_r ψ / κ have as many solutions as outputs"
-    residuals = [A(r, j, m) - A(r, m, j) for r in range(p) for j in range(p) for m in range(j)]
+    def product_of(r: int, j: int, k: int, m: int) -> sp.Expr:
+        return sum((A[s, j, m] * A[r, s, k] for s in range(p) if (s, j, m) in A and (r, s, k) in A), zero)
+
+    residuals = [A.get((r, j, m), zero) - A.get((r, m, j), zero) for r in range(p) for j in range(p) for m in range(j)]
     for r, j, k, m in product(range(p), repeat=4):
         if k < m:
-            turned = sum((A(s, j, m) * A(r, s, k) - A(s, j, k) * A(r, s, m) for s in range(p)), sp.Integer(0))
-            residuals.append(A(r, j, m).diff(y[k]) - A(r, j, k).diff(y[m]) + turned)
+            turned = product_of(r, j, k, m) - product_of(r, j, m, k)
+            residuals.append(slope(r, j, m, k) - slope(r, j, k, m) + turned)
+    claim = "the equations ∂_m ∂_j ψ = −Σ_r Γ^r_{jm} ∂_r ψ / κ have as many solutions as outputs"
     for residual in residuals:
-        judged = is_zero(residual, test=_TEST)
+        judged = is_zero(residual, test=_SAMPLED)
         if judged.fails:
-            evidence = {**judged.evidence, "curvature": tidy(residual, seconds=0.2), "any_psi": True}
+            evidence = {**judged.evidence, "curvature": tidy(residual, seconds=0.3), "any_psi": True}
             raise NotOfOutputsError(Verdict.refuted(claim, **evidence))
 
 
