@@ -104,7 +104,7 @@ def test_a_closed_loop_is_simulated_drawn_and_written(tmp_path):
         (["simulate", "one_link_arm", "--initial", "1,0,0", "--input", "v=1"], "inputs are: u"),
         (
             ["simulate", "one_link_arm", "--initial", "1,0,0", "--observer-poles", "-1,-2,-3"],
-            "without --controller-poles",
+            "an observer is asked for without a law",
         ),
         (["simulate", "one_link_arm", "--initial", "1,0,0", "--out", "run.xls"], "neither .csv nor .nc"),
         (["simulate", "one_link_arm", "--initial", "1,0,0", "--out", "no/such/folder/run.csv"], "cannot be written"),

@@ -23,7 +23,7 @@ from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
 from ulna.campaign.store import Folder, Manifest, Memory, claimed
 from ulna.sim import Continuous
 from ulna.sim.sampled import Sampled
-from ulna.system import System
+from ulna.system import System, operating_point
 
 CONTINUOUS = Continuous()
 
@@ -86,7 +86,8 @@ def campaign(
     Args:
         loop: with `Continuous` a closed loop (or any system), with `Sampled` the plant.
         plan: what varies: initial states, parameters, constant inputs and references, by name.
-        measures: what is kept; of a `Loop` by default how the plant's outputs settle and the peaks of its inputs.
+        measures: what is kept; of a `Loop` by default how the plant's outputs settle (at a set point
+            `<output>_ref`, else at the operating point) and the peaks of its inputs.
         horizon: length of each run, s.
         time: how time passes.
         initial: SI values of states that do not vary; others start at 0.
@@ -116,7 +117,7 @@ def campaign(
         initial=dict(initial or {}),
         parameters=dict(parameters or {}),
         inputs=dict(inputs or {}),
-        measures=measures or _measures(loop),
+        measures=measures or _measures(loop, time),
     )
     crew = crew or Local()
     size = part or crew.part_size(plan.count)
@@ -154,14 +155,34 @@ def _work(store: Folder | Memory, crew: Crew, progress: Callable[[Progress], Non
         tell()
 
 
-def _measures(loop: Loop | System) -> Measures:
-    if not isinstance(loop, Loop):
-        return Measures()
-    shown = {s.name for s in loop.system.outputs}
-    return Measures(
-        outputs=tuple(s.name for s in loop.plant.outputs if s.name in shown),
-        effort=tuple(s.name for s in loop.plant.inputs if s.name in shown),
-    )
+def _measures(loop: Loop | System, time: Continuous | Sampled) -> Measures:
+    if isinstance(loop, Loop):
+        shown = {s.name for s in loop.system.outputs}
+        outputs = tuple(s.name for s in loop.plant.outputs if s.name in shown)
+        return Measures(
+            outputs=outputs,
+            effort=tuple(s.name for s in loop.plant.inputs if s.name in shown),
+            targets=_targets(loop.plant, outputs, {s.name for s in loop.system.inputs}),
+        )
+    if isinstance(time, Sampled):
+        constant = {name for name, value in time.references.items() if isinstance(value, int | float)}
+        return Measures(targets=_targets(loop, tuple(s.name for s in loop.outputs), constant))
+    return Measures()
+
+
+def _targets(plant: System, outputs: tuple[str, ...], references: set[str]) -> dict[str, float | str]:
+    """Where outputs should end: at their set point, else where the plant rests at its operating point."""
+    valued = plant.with_values()
+    point = operating_point(valued)
+    readouts = dict(zip((s.name for s in plant.outputs), valued.inline(valued.readouts), strict=True))
+    found: dict[str, float | str] = {}
+    for name in outputs:
+        if f"{name}_ref" in references:
+            found[name] = f"{name}_ref"
+        else:
+            value = readouts[name].subs({**point.states, **point.inputs})
+            found[name] = float(value) if value.is_real and value.is_number else 0.0
+    return found
 
 
 def _check_room(folder: Folder, experiment: Experiment) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +13,7 @@ from ulna.cli.session import number_list, pole_list
 
 if TYPE_CHECKING:
     from ulna.base import NoFormError
-    from ulna.design.control.compensator import Compensator
+    from ulna.design.control.compensator import ClosedLoop, Compensator
     from ulna.design.control.gains import AbstractGainRule
     from ulna.design.control.law import Law
     from ulna.design.control.reference import AbstractReference
@@ -103,6 +104,63 @@ class Design:
     law: Law | None
     observer: Observer | None
     compensator: Compensator | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LoopMade:
+    """A plant, with the controller asked for around it.
+
+    Attributes:
+        design: the law, observer and compensator; None where no controller was asked for.
+        loop: the closed loop, or None.
+        starts: where the controller's states start: estimates where the plant's file gives its operating point, else
+            at zero as in the paper; a filter's covariance at its initial value.
+    """
+
+    design: Design | None
+    loop: ClosedLoop | None
+    starts: Mapping[str, float]
+
+    @property
+    def law(self) -> Law | None:
+        """The law, where there is one."""
+        return None if self.design is None else self.design.law
+
+
+def make_loop(system: System, options: DesignOptions) -> LoopMade:
+    """The controller that the options ask for, designed at the nominal values, around the plant.
+
+    Raises:
+        UlnaError: as `make_design`; an observer without a law.
+    """
+    from ulna.base import DesignError
+    from ulna.design.control.compensator import close_loop
+
+    if not options.law and not options.observer:
+        _require_consistent(options)
+        return LoopMade(design=None, loop=None, starts={})
+    if not options.law:
+        found = "an observer is asked for without a law."
+        raise DesignError("a closed loop", found, "Give --controller-poles or --lqr too.")
+    made = make_design(system.with_values(), options)
+    controller = made.compensator or made.law
+    if controller is None:
+        raise DesignError("a closed loop", "no law was designed.")
+    return LoopMade(design=made, loop=close_loop(system, controller), starts=_starts(made))
+
+
+def given_states(system: System) -> dict[str, float]:
+    """The states that the plant's file gives for its operating point, by name; zero where it gives none."""
+    from ulna.system.operating_point import given_point
+
+    return {state.name: float(value) for state, value in given_point(system).states.items()}
+
+
+def _starts(made: Design) -> dict[str, float]:
+    if made.observer is None:
+        return {}
+    starts = {f"{name}_hat": value for name, value in given_states(made.plant).items()}
+    return starts | {name: float(value) for name, value in made.observer.initial.items()}
 
 
 def make_design(system: System, options: DesignOptions) -> Design:

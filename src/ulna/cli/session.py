@@ -133,3 +133,19 @@ def number_list(text: str, what: str) -> list[float]:
     from ulna.symbolic.formulas.parse import parse_formula
 
     return [float(parse_formula(part, {}, where=f"{what} '{text}'")) for part in text.split(",")]
+
+
+def plant_states(system: System, initial: str) -> dict[str, float]:
+    """What `--initial` gives each state of the plant, by name.
+
+    Raises:
+        UlnaError: for another count, or an entry that is no number.
+    """
+    from ulna.base import SimulationError
+
+    names = [s.name for s in system.states]
+    numbers = number_list(initial, "--initial")
+    if len(numbers) != len(names):
+        found = f"{len(numbers)} numbers, {len(names)} states ({', '.join(names)})."
+        raise SimulationError("the initial state", found, "Give one for each.")
+    return dict(zip(names, numbers, strict=True))

@@ -2,14 +2,44 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ulna.base.errors import SimulationError
-from ulna.cli.making import ControllerPoles, DesignOptions, ObserverPoles, make_design
-from ulna.cli.session import console, number_list, plant, print_json, progress
+from ulna.cli.hardware import (
+    ClockJitter,
+    Delay,
+    Encoder,
+    HardwareOptions,
+    Limit,
+    Missed,
+    Noise,
+    Period,
+    Pulses,
+    Resolution,
+    Slew,
+    Stop,
+    require_period,
+    sampled,
+)
+from ulna.cli.making import (
+    AsSetPoint,
+    AsTrack,
+    ControllerPoles,
+    DesignOptions,
+    HighGain,
+    InputOutput,
+    Integral,
+    Kalman,
+    LoopMade,
+    ObserverPoles,
+    Weights,
+    make_loop,
+)
+from ulna.cli.session import console, number_list, plant, plant_states, print_json, progress
 
 if TYPE_CHECKING:
     from ulna.sim.trajectory import Trajectory
@@ -21,16 +51,33 @@ def simulate(
     initial: Annotated[str, typer.Option(help="Initial states of the plant in order, SI: '1,0,0'.")],
     time: Annotated[float, typer.Option(help="Length of the run, s.")] = 5.0,
     controller_poles: ControllerPoles = "",
+    lqr: Weights = "",
+    input_output: InputOutput = False,
+    set_point: AsSetPoint = False,
+    track: AsTrack = False,
+    integral: Integral = False,
     observer_poles: ObserverPoles = "",
-    observer_initial: Annotated[str, typer.Option(help="Initial estimates; zero if left out.")] = "",
+    high_gain: HighGain = None,
+    kalman: Kalman = "",
+    observer_initial: Annotated[
+        str,
+        typer.Option(
+            help="Initial estimates; if left out what [operating_point] gives, else zero.", rich_help_panel="Observer"
+        ),
+    ] = "",
+    period: Period = 0.0,
+    delay: Delay = 0.0,
+    encoder: Encoder = 0,
+    resolution: Resolution = 0.0,
+    noise: Noise = 0.0,
+    slew: Slew = 0.0,
+    jitter: ClockJitter = 0.0,
+    missed: Missed = 0.0,
+    pwm: Pulses = "",
+    seed: Annotated[int, typer.Option(help="Of noise and clock.", rich_help_panel="Hardware (with --period)")] = 0,
     held: Annotated[list[str] | None, typer.Option("--input", help="Hold an input: 'u=1.5'. May be repeated.")] = None,
-    limit: Annotated[
-        list[str] | None, typer.Option(help="Limit an input: 'u=-24:24', 'u=24'; '24' for all. May be repeated.")
-    ] = None,
-    stop: Annotated[
-        list[str] | None,
-        typer.Option(help="End stop of a position, SI: 'theta=-pi/2:pi/2', with rebound 'theta=0:pi/2:0.5'."),
-    ] = None,
+    limit: Limit = None,
+    stop: Stop = None,
     event: Annotated[
         list[str] | None, typer.Option(help="Report where an expression passes through zero: 'theta-1', 'top: omega'.")
     ] = None,
@@ -45,29 +92,51 @@ def simulate(
 ) -> None:
     """Simulate a plant open-loop, under a state-feedback law, or under a compensator.
 
-    With --controller-poles the law is in the loop, with --observer-poles too the compensator of both.
+    With a law alone it reads the states, with an observer too it reads estimates. With --period both run on a
+    processor, behind sensors and a drive.
     """
-    import numpy as np
-
-    from ulna.cli.rules import end_stops, reported, saturations
-    from ulna.sim import Continuous
-    from ulna.sim import simulate as run
-
     if not time > 0:
         raise SimulationError("the length of the run", f"{time:g} s were given.", "Give a positive --time.")
     system = plant(name)
+    wanted = DesignOptions(
+        controller_poles=controller_poles,
+        lqr=lqr,
+        input_output=input_output,
+        set_point=set_point,
+        track=track,
+        integral=integral,
+        observer_poles=observer_poles,
+        high_gain=high_gain,
+        kalman=kalman,
+    )
+    hardware = HardwareOptions(
+        period=period,
+        limit=limit or (),
+        stop=stop or (),
+        delay=delay,
+        encoder=encoder,
+        resolution=resolution,
+        noise=noise,
+        slew=slew,
+        jitter=jitter,
+        missed=missed,
+        pwm=pwm,
+        seed=seed,
+    )
+    require_period(hardware)
     with progress(f"simulating '{system.name}'"):
-        loop = _loop(system.with_values(), controller_poles, observer_poles)
-        start = _initial(system, loop, initial, observer_initial)
-        trajectory = run(
-            loop,
-            start,
-            np.linspace(0.0, time, samples),
-            inputs=_inputs(loop, held or []),
-            time=Continuous(saturation=saturations(limit or []), end_stops=end_stops(system, stop or [])),
-            events=reported(event or [], until or [], settle or []),
-            throw=False,
-        )
+        loop = make_loop(system.with_values(), wanted)
+        loop = _with_estimates(loop, observer_initial)
+        start = plant_states(system, initial)
+        if hardware.sampled:
+            if event or until or settle:
+                raise SimulationError(
+                    "--event, --until, --settle", "they are for a continuous loop.", "Leave them out."
+                )
+            trajectory = _run_sampled(system.with_values(), loop, start, time, hardware, held or [])
+        else:
+            reports = (event or [], until or [], settle or [])
+            trajectory = _run(system.with_values(), loop, start, (time, samples), hardware, held or [], reports)
     if out is not None:
         write_trajectory(trajectory, out)
     if plot is not None:
@@ -78,41 +147,68 @@ def simulate(
         _print(trajectory)
 
 
-def _loop(system: System, controller_poles: str, observer_poles: str) -> System:
-    from ulna.base import DesignError
-    from ulna.design.control.compensator import close_loop
+def _run(
+    system: System,
+    loop: LoopMade,
+    start: dict[str, float],
+    grid: tuple[float, int],
+    hardware: HardwareOptions,
+    held: list[str],
+    reports: tuple[list[str], list[str], list[str]],
+) -> Trajectory:
+    """The continuous loop, or the plant alone."""
+    import numpy as np
 
-    if not controller_poles and not observer_poles:
-        return system
-    if not controller_poles:
-        raise DesignError("a closed loop", "--observer-poles without --controller-poles.", "Give the law's poles too.")
-    made = make_design(system, DesignOptions(controller_poles=controller_poles, observer_poles=observer_poles))
-    controller = made.compensator or made.law
-    if controller is None:
-        raise DesignError("a closed loop", "no law was designed.")
-    return close_loop(system, controller).system
+    from ulna.cli.rules import end_stops, reported, saturations
+    from ulna.sim import Continuous
+    from ulna.sim import simulate as run
+
+    whole = system if loop.loop is None else loop.loop.system
+    values = start | dict(loop.starts)
+    return run(
+        whole,
+        [values.get(s.name, 0.0) for s in whole.states],
+        np.linspace(0.0, *grid),
+        inputs=_inputs([s.name for s in whole.inputs], held),
+        time=Continuous(saturation=saturations(hardware.limit), end_stops=end_stops(system, hardware.stop)),
+        events=reported(*reports),
+        throw=False,
+    )
 
 
-def _initial(system: System, loop: System, initial: str, estimates: str) -> list[float]:
-    first = number_list(initial, "--initial")
-    n = len(system.states)
-    if len(first) != n:
-        names = ", ".join(s.name for s in system.states)
-        raise SimulationError("the initial state", f"{len(first)} numbers, {n} states ({names}).", "Give one for each.")
-    rest = len(loop.states) - n
-    second = number_list(estimates, "--observer-initial") if estimates else [0.0] * rest
-    if len(second) != rest:
-        names = ", ".join(s.name for s in loop.states[n:]) or "none"
-        found = f"{len(second)} numbers, {rest} states of the controller ({names})."
-        raise SimulationError("the controller's initial state", found, "Give one for each.")
-    return [*first, *second]
+def _run_sampled(
+    system: System, loop: LoopMade, start: dict[str, float], time: float, hardware: HardwareOptions, held: list[str]
+) -> Trajectory:
+    """The plant in a loop with a processor; held values go to its disturbances and to the law's references."""
+    from ulna.sim import simulate as run
+
+    read = {s.name for s in (*system.states, *system.outputs)}
+    law = () if loop.law is None else loop.law.system.inputs
+    references = [s.name for s in law if s.name not in read]
+    disturbances = [s.name for s in system.inputs if loop.law is None or s not in loop.law.system.outputs]
+    values = _inputs([*disturbances, *references], held)
+    clock = sampled(system, loop, hardware, {name: v for name, v in values.items() if name in references})
+    free = {name: v for name, v in values.items() if name in disturbances}
+    return run(system, start, time, inputs=free, time=clock, throw=False)
 
 
-def _inputs(loop: System, held: list[str]) -> dict[str, float]:
+def _with_estimates(loop: LoopMade, text: str) -> LoopMade:
+    """The loop with the estimates that the user gives; what else the controller remembers starts as it would."""
+    if not text:
+        return loop
+    observer = None if loop.design is None else loop.design.observer
+    names = [s.name for s in observer.system.outputs] if observer is not None else []
+    numbers = number_list(text, "--observer-initial")
+    if len(numbers) != len(names):
+        found = f"{len(numbers)} numbers, {len(names)} estimates ({', '.join(names) or 'there is no observer'})."
+        raise SimulationError("the initial estimates", found, "Give one for each.")
+    return replace(loop, starts={**loop.starts, **dict(zip(names, numbers, strict=True))})
+
+
+def _inputs(known: list[str], held: list[str]) -> dict[str, float]:
     values = {}
     for entry in held:
         name, _, value = entry.partition("=")
-        known = [s.name for s in loop.inputs]
         if name.strip() not in known or not value:
             found = f"inputs are: {', '.join(known) or 'none'}."
             raise SimulationError(f"--input '{entry}'", found, "Write --input name=value.")

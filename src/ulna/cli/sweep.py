@@ -12,8 +12,36 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ulna.cli.making import ControllerPoles, DesignOptions, ObserverPoles, make_design
-from ulna.cli.session import number_list, plant, print_json, progress
+from ulna.cli.hardware import (
+    ClockJitter,
+    Delay,
+    Encoder,
+    HardwareOptions,
+    Limit,
+    Missed,
+    Noise,
+    Period,
+    Pulses,
+    Resolution,
+    Slew,
+    Stop,
+    require_period,
+    sampled,
+)
+from ulna.cli.making import (
+    ControllerPoles,
+    DesignOptions,
+    HighGain,
+    InputOutput,
+    Integral,
+    Kalman,
+    LoopMade,
+    ObserverPoles,
+    Weights,
+    given_states,
+    make_loop,
+)
+from ulna.cli.session import number_list, plant, plant_states, print_json, progress
 from ulna.cli.sweep_answers import answers, draw_answers, leading_figure, print_answers
 
 if TYPE_CHECKING:
@@ -49,14 +77,31 @@ def sweep(
     ],
     out: Annotated[Path, typer.Option(help="Folder for the results; an interrupted sweep goes on where it was.")],
     controller_poles: ControllerPoles = "",
+    lqr: Weights = "",
+    input_output: InputOutput = False,
+    integral: Integral = False,
     observer_poles: ObserverPoles = "",
-    initial: Annotated[str, typer.Option(help="Initial states of the plant in order, SI; zero if left out.")] = "",
+    high_gain: HighGain = None,
+    kalman: Kalman = "",
+    initial: Annotated[
+        str,
+        typer.Option(help="Initial states of the plant in order, SI; else what [operating_point] gives, else zero."),
+    ] = "",
     time: Annotated[float, typer.Option(help="Length of each run, s.")] = 5.0,
     runs: Annotated[int, typer.Option(help="Number of runs; with 'indices' of base points, a power of two.")] = 1024,
     seed: Annotated[int, typer.Option(help="From which everything random follows.")] = 0,
     sampling: Annotated[Sampling, typer.Option(help="How runs are drawn.")] = Sampling.random,
-    period: Annotated[float, typer.Option(help="Run the controller sampled, with this period in s.")] = 0.0,
-    limit: Annotated[float, typer.Option(help="With --period: limit of every driven input, SI.")] = 0.0,
+    period: Period = 0.0,
+    delay: Delay = 0.0,
+    encoder: Encoder = 0,
+    resolution: Resolution = 0.0,
+    noise: Noise = 0.0,
+    slew: Slew = 0.0,
+    jitter: ClockJitter = 0.0,
+    missed: Missed = 0.0,
+    pwm: Pulses = "",
+    limit: Limit = None,
+    stop: Stop = None,
     part: Annotated[int | None, typer.Option(help="Runs that are stored together; chosen if left out.")] = None,
     scheduler: Annotated[str, typer.Option(help="Address of a Dask scheduler; this machine if left out.")] = "",
     worst_by: Annotated[str, typer.Option(help="Figure by which runs are called worst, such as 'peak_u'.")] = "",
@@ -74,16 +119,40 @@ def sweep(
     system = plant(name)
     plan = _plan(vary, runs, seed, sampling)
     axes = _axes(over, plan.names)
+    wanted = DesignOptions(
+        controller_poles=controller_poles,
+        lqr=lqr,
+        input_output=input_output,
+        integral=integral,
+        observer_poles=observer_poles,
+        high_gain=high_gain,
+        kalman=kalman,
+    )
+    hardware = HardwareOptions(
+        period=period,
+        limit=limit or (),
+        stop=stop or (),
+        delay=delay,
+        encoder=encoder,
+        resolution=resolution,
+        noise=noise,
+        slew=slew,
+        jitter=jitter,
+        missed=missed,
+        pwm=pwm,
+        seed=seed,
+    )
+    require_period(hardware)
     with progress(f"designing for '{system.name}'"):
-        loop = _loop(system, controller_poles, observer_poles)
-    subject, settings = _engine(system, loop, period, limit)
+        loop = make_loop(system, wanted)
+    subject, settings = _engine(system, loop, hardware)
     with _bar() as tell:
         result = campaign(
             subject,
             plan,
             horizon=time,
             time=settings,
-            initial=_initial(system, initial),
+            initial=_initial(system, loop, initial, hardware),
             store=out,
             part=part,
             crew=Cluster(address=scheduler) if scheduler else Local(),
@@ -99,40 +168,17 @@ def sweep(
         print_answers(result, data)
 
 
-def _loop(system: System, controller_poles: str, observer_poles: str) -> ClosedLoop | System:
-    from ulna.base import DesignError
-    from ulna.design.control.compensator import close_loop
-
-    if not controller_poles:
-        if observer_poles:
-            raise DesignError(
-                "a closed loop", "--observer-poles without --controller-poles.", "Give the law's poles too."
-            )
-        return system
-    options = DesignOptions(controller_poles=controller_poles, observer_poles=observer_poles)
-    made = make_design(system.with_values(), options)
-    controller = made.compensator or made.law
-    if controller is None:
-        raise DesignError("a closed loop", "no law was designed.")
-    return close_loop(system, controller)
-
-
 def _engine(
-    system: System, loop: ClosedLoop | System, period: float, limit: float
+    system: System, loop: LoopMade, hardware: HardwareOptions
 ) -> tuple[ClosedLoop | System, Continuous | Sampled]:
     """What is run, and how time passes in it."""
-    from ulna.base import SimulationError
-    from ulna.design.control.compensator import ClosedLoop
-    from ulna.sim import Continuous, Sampled, Saturation
+    from ulna.cli.rules import end_stops, saturations
+    from ulna.sim import Continuous
 
-    if period == 0.0:
-        if limit:
-            raise SimulationError("--limit", "it is for a sampled loop.", "Give --period too.")
-        return loop, Continuous()
-    if not isinstance(loop, ClosedLoop):
-        raise SimulationError("--period", "there is no controller to be sampled.", "Give --controller-poles.")
-    bounds = Saturation(lower=-limit, upper=limit) if limit else None
-    return system, Sampled(controller=loop.controller.system, period=period, saturation=bounds)
+    if hardware.sampled:
+        return system, sampled(system, loop, hardware)
+    settings = Continuous(saturation=saturations(hardware.limit), end_stops=end_stops(system, hardware.stop))
+    return loop.loop or system, settings
 
 
 def _plan(vary: list[str], runs: int, seed: int, sampling: Sampling) -> Any:
@@ -212,17 +258,10 @@ def _varied(text: str) -> tuple[str, Any]:
     return name, [float(v) for v in np.linspace(numbers[0], numbers[1], int(numbers[2]))]
 
 
-def _initial(system: System, text: str) -> dict[str, float]:
-    from ulna.base import SimulationError
-
-    if not text:
-        return {}
-    numbers = number_list(text, "--initial")
-    names = [s.name for s in system.states]
-    if len(numbers) != len(names):
-        found = f"{len(numbers)} numbers, {len(names)} states ({', '.join(names)})."
-        raise SimulationError("the initial state", found, "Give one for each.")
-    return dict(zip(names, numbers, strict=True))
+def _initial(system: System, loop: LoopMade, text: str, hardware: HardwareOptions) -> dict[str, float]:
+    """Where runs start unless they vary; a sampled controller's states are with its settings."""
+    starts = plant_states(system, text) if text else given_states(system)
+    return starts if hardware.sampled else starts | dict(loop.starts)
 
 
 @contextmanager
