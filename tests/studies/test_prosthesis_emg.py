@@ -11,7 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ulna.base import DesignError, UlnaError
+from ulna.models.presets import preset
 from ulna.sim.references import MotionLimits
+from ulna.studies.prosthesis.demonstration import demonstrate
 from ulna.studies.prosthesis.emg_pipeline import Pipeline, activations, calibrated, fresh_memory
 from ulna.studies.prosthesis.emg_recording import read_recording, write_recording
 from ulna.studies.prosthesis.emg_signal import BAND, Recording, RecordingError, SyntheticMuscles, synthetic_recording
@@ -23,6 +25,7 @@ from ulna.studies.prosthesis.intent import (
     ProportionalSpeed,
     intent,
 )
+from ulna.studies.prosthesis.plant import bench_of
 
 RATE = 1000.0
 LIMITS = MotionLimits(speed=1.5, lower=-0.9, upper=1.2)
@@ -228,3 +231,21 @@ def test_settings_that_cannot_be_are_refused(wrong: dict[str, float]) -> None:
 def test_a_silent_calibration_is_refused() -> None:
     with pytest.raises(DesignError, match="contraction"):
         calibrated(Recording(rate=RATE, samples=np.zeros((4000, 2))))
+
+
+def test_a_calibration_of_its_own_scales_the_activations_and_one_that_does_not_fit_is_refused() -> None:
+    bench = bench_of(preset("transhumeral_elbow"))
+    recording = _recorded(0.5, 0.1, seconds=4.0)
+    greatest = _recorded(1.0, 1.0, seconds=4.0)
+    stronger = Recording(rate=RATE, samples=2 * greatest.samples)
+    plain, halved = (demonstrate(bench, recording, calibration=each).activation for each in (greatest, stronger))
+    late = slice(len(plain) // 2, None)
+    assert plain[late, 0].mean() == pytest.approx(0.5, abs=0.12)
+    # The dead band is taken off after the scaling.
+    dead = Pipeline(rate=RATE, contraction=(1.0, 1.0)).dead_band
+    expected = ((1 - dead) * plain[late, 0].mean() + dead) / 2
+    assert (1 - dead) * halved[late, 0].mean() + dead == pytest.approx(expected, rel=1e-9)
+    with pytest.raises(DesignError, match="no recording"):
+        demonstrate(bench, calibration=greatest)
+    with pytest.raises(DesignError, match="samples a second"):
+        demonstrate(bench, recording, calibration=Recording(rate=2 * RATE, samples=greatest.samples))

@@ -19,6 +19,10 @@ def prosthesis(
     emg: Annotated[
         Path | None, typer.Option(help="A recording of two muscles: CSV of time in s, flexor and extensor in V.")
     ] = None,
+    emg_calibration: Annotated[
+        Path | None,
+        typer.Option(help="The same muscles at their greatest contraction; else the strongest tenth of --emg counts."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the page and its data.")] = Path("prosthesis"),
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON instead of a summary.")] = False,
 ) -> None:
@@ -26,7 +30,7 @@ def prosthesis(
     from ulna.studies.prosthesis import study_prosthesis, summary_table
 
     with progress("comparing controllers"):
-        study = study_prosthesis(out, names=preset or (), quick=quick, recording=emg)
+        study = study_prosthesis(out, names=preset or (), quick=quick, recording=emg, calibration=emg_calibration)
     if as_json:
         print_json(study.results)
         return

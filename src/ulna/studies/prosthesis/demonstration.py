@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from ulna.base import DesignError
 from ulna.studies.prosthesis.emg_pipeline import activations, calibrated, fresh_memory
 from ulna.studies.prosthesis.emg_signal import Recording, SyntheticMuscles, synthetic_recording
 from ulna.studies.prosthesis.field import contenders, tuned_numbers
@@ -29,19 +31,36 @@ class Demonstration:
     reached: np.ndarray
 
 
-def demonstrate(bench: Bench, recording: Recording | None = None, *, source: str = "") -> Demonstration:
+def demonstrate(
+    bench: Bench,
+    recording: Recording | None = None,
+    *,
+    calibration: Recording | None = None,
+    source: str = "",
+) -> Demonstration:
     """Drive the nominal arm by a recording, or by a synthetic one: lift, wait, lower, a short lift.
 
-    A recording is calibrated on itself: full activation is the mean envelope of its strongest tenth.
+    Args:
+        calibration: the same muscles at their greatest contraction, both at once, which is full activation. Left out,
+            the recording is calibrated on itself: full activation is the mean envelope of its strongest tenth.
+        source: where the recording comes from, for the page.
 
     Raises:
-        DesignError: a recording that is too short or silent.
+        DesignError: a recording that is too short or silent, a calibration without recording or at another rate.
     """
+    if calibration is not None and (recording is None or not math.isclose(recording.rate, calibration.rate, rel_tol=1e-3)):
+        raise DesignError(
+            "a calibration of muscle signals",
+            "there is no recording to calibrate."
+            if recording is None
+            else f"it has {calibration.rate:g} samples a second, the recording {recording.rate:g}.",
+            "Record both with the same amplifier at the same rate.",
+        )
     if recording is None:
         recording, source = _synthetic(), "synthetic"
         pipeline = calibrated(synthetic_recording(SyntheticMuscles(seed=9), np.ones(4000), np.ones(4000)))
     else:
-        pipeline = calibrated(_strongest(recording))
+        pipeline = calibrated(calibration or _strongest(recording))
     activation, _ = activations(pipeline, recording.samples, fresh_memory(pipeline))
     memory = IntentMemory(position=0.0)
     speed = ProportionalSpeed(speed=bench.motion.speed)

@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.sim.sampled.compiled import compiled
-from ulna.sim.sampled.source import HEADER
+from ulna.sim.sampled.header import HEADER
 from ulna.sim.sampled.writing import Writer
 from ulna.symbolic.program.hoist import hoist
 from ulna.symbolic.program.kernel import Kernel, kernel

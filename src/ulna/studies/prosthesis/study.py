@@ -45,6 +45,7 @@ def study_prosthesis(
     names: Sequence[str] = (),
     quick: bool = False,
     recording: str | Path | None = None,
+    calibration: str | Path | None = None,
 ) -> ProsthesisStudy:
     """Compare the controllers and write `index.html`, which needs nothing else, and `results.json` into a folder.
 
@@ -53,6 +54,7 @@ def study_prosthesis(
         names: presets; all where left out, with `quick` the elbow alone.
         quick: few plants.
         recording: a file of muscle signals for the section on intent; a synthetic one where left out.
+        calibration: a file of the same muscles at their greatest contraction; see `demonstrate`.
 
     Raises:
         UlnaError: an unknown preset, one that cannot lift its load, a recording or folder that cannot be used.
@@ -60,10 +62,13 @@ def study_prosthesis(
     chosen = [preset(name) for name in names] or ([preset(QUICK_PRESET)] if quick else list(presets()))
     benches = [bench_of(each) for each in chosen]
     muscles = None if recording is None else read_recording(recording)
+    greatest = None if calibration is None else read_recording(calibration)
+    shown = demonstrate(
+        benches[0], muscles, calibration=greatest, source="" if recording is None else Path(recording).name
+    )
     folder = Path(out)
     with output_folder(folder) as place:
         found, pictures = _compared(benches, QUICK_PLANTS if quick else PLANTS)
-        shown = demonstrate(benches[0], muscles, source="" if recording is None else Path(recording).name)
         pictures["muscles"] = svg_text(demonstration_figure(shown), prefix="muscles-")
         results = {"quick": quick, "presets": {each.bench.preset.name: plain_results(each) for each in found}}
         (place / "results.json").write_text(results_text(results), encoding="utf-8")
