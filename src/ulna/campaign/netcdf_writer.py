@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import BinaryIO
+from io import BufferedIOBase
 
 import numpy as np
 
@@ -31,7 +31,7 @@ class NetcdfColumn:
 
 
 def write_netcdf(
-    file: BinaryIO,
+    file: BufferedIOBase,
     dimension: str,
     rows: int,
     columns: Sequence[NetcdfColumn],

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from io import BufferedIOBase
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -194,7 +195,7 @@ def open_campaign(path: str | os.PathLike[str]) -> CampaignResult:
 
 
 @contextmanager
-def _written(target: Path) -> Iterator[BinaryIO]:
+def _written(target: Path) -> Iterator[BufferedIOBase]:
     """A file that is there whole at the end, or not at all.
 
     Raises:
@@ -211,4 +212,5 @@ def _written(target: Path) -> Iterator[BinaryIO]:
             f"the file '{target}'", f"it cannot be written: {reason}.", "Choose another place."
         ) from error
     finally:
-        beside.unlink(missing_ok=True)
+        with suppress(OSError):
+            beside.unlink()
