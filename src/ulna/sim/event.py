@@ -46,6 +46,6 @@ def switched(
     times: np.ndarray, active: np.ndarray, signal: str, entered: EventKind, left: EventKind
 ) -> Iterator[Event]:
     """The events of a condition that is true or false at each sample. times, active: (N,)."""
-    changes = np.flatnonzero(np.diff(np.concatenate(([False], active)).astype(int)))
-    for k in changes:
+    changes = np.flatnonzero(active[1:] != active[:-1]) + 1
+    for k in [*([0] if active[0] else []), *changes.tolist()]:
         yield Event(time=float(times[k]), kind=entered if active[k] else left, signal=signal)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -41,7 +42,7 @@ def run_sampled(
     count = samples_of(settings, float(times[0]), float(times[-1]))
     loop = loop_of(plant, settings, inputs, lanes=1, recording=True)
     _check_driven(loop, inputs)
-    rows = _rows(times, settings, count)
+    rows = _rows(times, settings)
     wiring = loop.layout.wiring
     columns = loop.columns
     record = np.empty((len(columns), count + 1))
@@ -63,6 +64,8 @@ def run_sampled(
     last = loop.run(0, 1, count, *tables.all(), results, record)
     ended = dict(zip(loop.results, results[0].tolist(), strict=True))
     outcome = OUTCOMES[int(ended["code"])]
+    # The trajectory and what drove it share these numbers.
+    record.flags.writeable = False
     record = record[:, : last + 1]
     return _trajectory(plant, parameters, inputs, settings, loop, record, rows, outcome, ended)
 
@@ -73,10 +76,10 @@ def _check_driven(loop: Loop, inputs: Mapping[str, Input]) -> None:
         raise SimulationError(f"input '{both[0]}'", "the controller drives it already.", "Leave it out of `inputs`.")
 
 
-def _rows(times: np.ndarray, settings: Sampled, count: int) -> np.ndarray:
-    """(N,) which samples are asked for."""
+def _rows(times: np.ndarray, settings: Sampled) -> np.ndarray | None:
+    """(N,) which samples are asked for; None for all."""
     if len(times) == 2:
-        return np.arange(count + 1)
+        return None
     rows = np.rint(times / settings.period).astype(int)
     off = np.abs(times / settings.period - rows) > TINY * np.maximum(1.0, rows) + TINY
     if off.any():
@@ -95,28 +98,26 @@ def _trajectory(
     settings: Sampled,
     loop: Loop,
     record: np.ndarray,
-    rows: np.ndarray,
+    rows: np.ndarray | None,
     outcome: Outcome,
     ended: Mapping[str, float],
 ) -> Trajectory:
     columns, n = loop.columns, loop.layout.states
     times, states = record[columns["time"]], record[1 : 1 + n].T
-    rows = rows[rows < len(times)]
-    every = len(rows) == len(times)
-    if outcome is Outcome.FINISHED:
-        kept_times, kept_states = (times, states) if every else (times[rows], states[rows])
-    else:
+    if rows is not None:
+        rows = rows[rows < len(times)]
+    kept_times, kept_states = (times, states) if rows is None else (times[rows], states[rows])
+    extra = 0
+    if outcome is Outcome.BLEW_UP and all(math.isfinite(ended[f"x{k}"]) for k in range(n)):
         # The first state outside the bound stands at the end, on no sample's row.
         final = np.array([ended[f"x{k}"] for k in range(n)])
-        kept_times = np.append(times[rows], max(ended["end"], np.nextafter(times[-1], np.inf)))
-        kept_states = np.vstack([states[rows], final])
-        if outcome is Outcome.NOT_FINITE or not np.isfinite(final).all():
-            kept_times, kept_states = times[rows], states[rows]
-    extra = len(kept_times) - len(rows)
+        kept_times = np.append(kept_times, max(ended["end"], np.nextafter(times[-1], np.inf)))
+        kept_states = np.vstack([kept_states, final])
+        extra = 1
     return Trajectory(
         system=plant,
         parameters=parameters,
-        drive={**inputs, **_applied(settings, loop, record)},
+        drive={**inputs, **_applied(settings, loop, record, finite=outcome is not Outcome.NOT_FINITE)},
         times=kept_times,
         states=kept_states,
         outcome=outcome,
@@ -125,37 +126,30 @@ def _trajectory(
     )
 
 
-def _applied(settings: Sampled, loop: Loop, record: np.ndarray) -> dict[str, Input]:
+def _applied(settings: Sampled, loop: Loop, record: np.ndarray, *, finite: bool) -> dict[str, Input]:
     """What each driven input was held at; with a split period two values a period."""
     columns, layout = loop.columns, loop.layout
     times = record[columns["time"]]
     applied: dict[str, Input] = {}
     for k, signal in enumerate(layout.wiring.driven):
-        late = record[columns.get(f"ub{k}", columns[f"h{k}_0"])]
-        if not layout.split:
-            applied[signal.name] = Held(times=times, values=_finite(late))
-            continue
-        early = record[columns[f"ua{k}"]]
-        spans = np.append(np.diff(times), settings.period)
-        change = times + (settings.delay / settings.period - layout.whole_delay) * spans
-        applied[signal.name] = Held(
-            times=np.stack([times, change], axis=1).ravel(),
-            values=_finite(np.stack([early, late], axis=1).ravel()),
-        )
+        at, values = times, record[columns.get(f"ub{k}", columns[f"h{k}_0"])]
+        if layout.split:
+            spans = np.append(np.diff(times), settings.period)
+            change = times + (settings.delay / settings.period - layout.whole_delay) * spans
+            at = np.stack([times, change], axis=1).ravel()
+            values = np.stack([record[columns[f"ua{k}"]], values], axis=1).ravel()
+        if not finite:
+            # The command at which the run ended is no number.
+            values = np.nan_to_num(values, posinf=0.0, neginf=0.0)
+        applied[signal.name] = Held.known(times=at, values=values)
     return applied
 
 
-def _finite(values: np.ndarray) -> np.ndarray:
-    """The values with 0 for what is no number: the command at which a run ended."""
-    return values if np.isfinite(values).all() else np.nan_to_num(values, posinf=0.0, neginf=0.0)
-
-
-def _series(loop: Loop, record: np.ndarray, rows: np.ndarray, extra: int) -> dict[str, Series]:
+def _series(loop: Loop, record: np.ndarray, rows: np.ndarray | None, extra: int) -> dict[str, Series]:
     """Commands, limited commands, measured values, estimates and the controller's states by name."""
-    every = len(rows) == record.shape[1]
     found: dict[str, Series] = {}
     for row, role, signal in loop.series:
-        values = record[row] if every else record[row, rows]
+        values = record[row] if rows is None else record[row, rows]
         values = np.append(values, values[-1]) if extra else values
         found[signal.name] = Series(signal=signal, role=role, values=values)
     return found
