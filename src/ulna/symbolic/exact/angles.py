@@ -6,9 +6,10 @@ rational numbers is chosen among the arguments themselves, and every argument is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import combinations
 
-from sympy import Add, Dummy, Expr, Rational, cos, cot, csc, pi, sec, sin, tan
+from sympy import Add, Dummy, Expr, Rational, Symbol, cos, cot, csc, expand_trig, pi, sec, sin, tan
 
 _CIRCULAR = (sin, cos, tan, cot, sec, csc)
 
@@ -34,6 +35,21 @@ def with_plain_angles(expressions: Sequence[Expr]) -> tuple[tuple[Expr, ...], di
             over = {symbol: Rational(1)}
         swaps[node] = node.func(Add(*(c * s for s, c in over.items())))
     return tuple(e.xreplace(swaps) for e in expressions), meaning
+
+
+def over_relative_angles(expression: Expr) -> Iterator[tuple[Expr, Symbol, Expr]]:
+    """The expression over a ∓ b in place of the angle a, for pairs of angles: (expression, symbol, what it stands for).
+
+    A mechanism's formulas often depend on the angle between two of its parts alone; once the addition theorems are
+    written out nothing shows that, and no identity leads back.
+    """
+    inside = [node.args[0] for node in expression.atoms(*_CIRCULAR)]
+    masked = expression.xreplace({node: Dummy() for node in expression.atoms(*_CIRCULAR)})
+    angles = {s for argument in inside for s in argument.free_symbols} - masked.free_symbols
+    for one, other in combinations(sorted(angles, key=str), 2):
+        for sign in (1, -1):
+            relative = Dummy("relative", real=True)
+            yield expand_trig(expression.xreplace({one: sign * other + relative})), relative, one - sign * other
 
 
 def _vector(argument: Expr) -> Vector:

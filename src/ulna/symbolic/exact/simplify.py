@@ -11,12 +11,19 @@ from sympy.functions.elementary.trigonometric import TrigonometricFunction
 from sympy.simplify.fu import TR2i
 
 from ulna.base import Status
+from ulna.symbolic.exact.angles import over_relative_angles
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.embed import attempt_exactly, embed
 from ulna.symbolic.exact.zero import SampledZero
 
 _LARGE = 400
 """Operations above which only the cheap rewritings are tried."""
+
+_FEW = 12
+"""Operations below which nothing is gained by other angles."""
+
+_CIRCULAR = 3
+"""Different sines and cosines from which on other angles are tried."""
 
 _MIDDLING = 120
 """Operations above which SymPy's `simplify` is left out: it takes seconds and seldom finds more."""
@@ -74,6 +81,8 @@ def _collect_forms(expression: sp.Expr, found: list[sp.Expr]) -> None:
     _collect_cheap_forms(expression, found)
     if sp.count_ops(expression) > _LARGE:
         return
+    if _collect_over_relative_angles(expression, found):
+        return
     rewritings: list[Callable[[sp.Expr], sp.Expr]] = [sp.together]
     circular = sum(expression.count(kind) for kind in (sp.sin, sp.cos, sp.tan))
     powers = any(power.base.has(TrigonometricFunction) for power in expression.atoms(sp.Pow))
@@ -88,6 +97,18 @@ def _collect_forms(expression: sp.Expr, found: list[sp.Expr]) -> None:
             return
         for start in dict.fromkeys((best, expression)):
             _rewrite(rewrite, start, found)
+
+
+def _collect_over_relative_angles(expression: sp.Expr, found: list[sp.Expr]) -> bool:
+    """Adds forms over the difference or sum of two angles from which an angle vanishes; whether there is one."""
+    if _length(min(found, key=_length))[0] < _FEW or len(expression.atoms(sp.sin, sp.cos, sp.tan)) < _CIRCULAR:
+        return False
+    for over, relative, meaning in over_relative_angles(expression):
+        form = attempt_exactly(math.inf, "normal form", normal_form, over).value
+        if form is not None and len(form.free_symbols) < len(expression.free_symbols) and not form.has(sp.sign):
+            found.append(form.xreplace({relative: meaning}))
+            return True
+    return False
 
 
 def _rewrite(rewrite: Callable[[sp.Expr], sp.Expr], expression: sp.Expr, found: list[sp.Expr]) -> None:
