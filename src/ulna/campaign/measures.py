@@ -17,7 +17,8 @@ class Measures:
         targets: by output name where it should end: a number in SI, or the name of a varied quantity or reference;
             0 where left out.
         effort: of a whole closed loop the outputs that drive the plant: of them only the peak is of interest.
-        samples: with `Continuous`, intervals of the grid on which all this is looked at.
+        samples: intervals on which all this is looked at in continuous loops with jumps, limits or end stops; of others
+            it is read off the steps of the integrator, to about its tolerance.
 
     Raises:
         CampaignError: fewer than one interval.

@@ -1,10 +1,10 @@
-"""Many runs of a continuous loop through one batch integrator of heyoka."""
+"""Many runs of a continuous loop, a Taylor step of many at a time."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,87 +12,104 @@ import numpy as np
 
 from ulna.sim.cache import IdentityCache
 from ulna.sim.continuous import Continuous
-from ulna.sim.flow import COMPACT_ABOVE
 from ulna.sim.inputs import Constant
 from ulna.sim.job import Job
+from ulna.sim.lane_step import FIGURES, LaneStep, lane_step
 from ulna.sim.metrics import BAND, output_metrics
 from ulna.sim.outcome import Outcome
 from ulna.sim.simulate import simulate
-from ulna.symbolic.program.hoist import Hoisted, hoist
-from ulna.symbolic.program.kernel import Kernel, kernel
+from ulna.symbolic.program.hoist import hoist
+from ulna.symbolic.program.kernel import kernel
 from ulna.symbolic.program.lowering.numpy import to_numpy
 from ulna.symbolic.program.modes import with_modes
 from ulna.system import System
 
-BATCH = 8
-"""Runs of a batch: one vector register of the machines that have wide ones."""
+LANES = 16
+"""Runs are filled up to a multiple of this: vector code and the code for what is left over round differently."""
 
-CHUNK = 64
-"""Batches whose paths are kept at a time where figures are taken along the way."""
+CHUNK = 1024
+"""Runs that step together."""
+
+LOOK = 4
+"""Steps between two looks at who has arrived."""
+
+CROWD = 0.75
+"""Part of the runs that must still be under way for the others to be dragged along."""
 
 CODES = {outcome: code for code, outcome in enumerate(Outcome)}
 """Code of each outcome, in the order in which they are defined."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Batch:
-    """A plant compiled for eight runs at once; None instead of an integrator where its right-hand side jumps."""
+class Lanes:
+    """A plant compiled for many runs at once.
 
-    hoisted: Hoisted
-    integrator: Any
-    readouts: Kernel
-    lock: threading.Lock
+    Attributes:
+        needed: names of the inputs and parameters that `constants` takes. constants: of the step, for arrays of runs.
+        readouts: states, inputs, parameters → outputs, for arrays of runs.
+        step: None where the right-hand side jumps or is too long.
+    """
+
+    needed: tuple[str, ...]
+    constants: Callable[..., tuple[np.ndarray, ...]]
+    readouts: Callable[..., tuple[np.ndarray, ...]]
+    step: LaneStep | None
 
 
-_BATCHES = IdentityCache(16)
+_LANES = IdentityCache(16)
+_COMPILING = threading.Lock()
 
 
 def continuous_figures(job: Job, settings: Continuous, samples: int | None) -> dict[str, Any]:
     """The fields of an `EnsembleResult`.
 
-    Runs that end early, plants with jumps and inputs that are no constants go one by one through `simulate`.
+    Runs that end early, plants with jumps, limits or end stops and inputs that are no constants go one by one through
+    `simulate`.
 
     Args:
         job: the runs. settings: of the integrator.
-        samples: intervals of the grid on which figures are taken; None: only the end of each run is.
+        samples: None: only the end of each run is looked at. A number: figures are taken along the way, off the
+            polynomials of the steps; of runs that go one by one, on so many intervals.
     """
-    batch: Batch = _BATCHES.get(job.plant, settings, lambda: _compiled(job.plant, settings))
+    with _COMPILING:
+        lanes: Lanes = _LANES.get(
+            job.plant, (settings, samples is None), lambda: _compiled(job.plant, settings, figures=samples is not None)
+        )
     figures = _empty(job)
-    if batch.integrator is None or job.inputs:
+    if lanes.step is None or job.inputs:
         alone: Any = range(len(job.initial))
     else:
-        alone = _in_batches(job, settings, batch, samples, figures)
+        alone = _together(job, settings, lanes, lanes.step, figures)
     for run in alone:
         _single(job, settings, samples, run, figures)
     return figures
 
 
-def _compiled(plant: System, settings: Continuous) -> Batch:
-    import heyoka as hy
-
-    from ulna.symbolic.program.lowering.heyoka import to_heyoka
-
+def _compiled(plant: System, settings: Continuous, *, figures: bool) -> Lanes:
     held = [*plant.input_symbols, *plant.parameter_symbols]
-    names = {f"{s.name}'": e for s, e in zip(plant.states, plant.inline(plant.rates), strict=True)}
-    split = hoist(kernel(plant.name, [*plant.state_symbols, *held], names, held=held), [s.name for s in held])
-    shown = {s.name: e for s, e in zip(plant.outputs, plant.inline(plant.readouts), strict=True)}
-    readouts = kernel(f"outputs of {plant.name}", [*plant.state_symbols, *held], shown)
-    integrator = None
+    states = [s.name for s in plant.states]
+    rates = {f"{s.name}'": e for s, e in zip(plant.states, plant.inline(plant.rates), strict=True)}
+    shown = {f"output {s.name}": e for s, e in zip(plant.outputs, plant.inline(plant.readouts), strict=True)}
+    symbols = [*plant.state_symbols, *held]
+    whole = kernel(plant.name, symbols, rates | (shown if figures else {}), held=held)
+    split = hoist(whole, [s.name for s in held])
+    step = None
     # What happens at limits and walls differs from lane to lane.
     if not with_modes(split.main).guards and settings.saturation is None and not settings.end_stops:
-        variables = [hy.expression(f"s{k}") for k in range(len(plant.states))]
-        sources = dict(zip((s.name for s in plant.states), variables, strict=True))
-        sources |= {name: hy.par[k] for k, name in enumerate(split.before.outputs)}
-        rates = list(to_heyoka(split.main, sources).values())
-        compact = settings.compact
-        integrator = hy.taylor_adaptive_batch(
-            list(zip(variables, rates, strict=True)),
-            np.zeros((len(variables), BATCH)),
-            tol=settings.tolerance,
-            opt_level=3 if settings.optimise else 0,
-            compact_mode=len(variables) > COMPACT_ABOVE if compact is None else compact,
+        step = lane_step(
+            split.main,
+            states,
+            split.before.outputs,
+            tuple(shown) if figures else (),
+            settings.tolerance,
+            optimise=settings.optimise,
         )
-    return Batch(hoisted=split, integrator=integrator, readouts=readouts, lock=threading.Lock())
+    return Lanes(
+        needed=split.before.inputs,
+        constants=to_numpy(split.before),
+        readouts=to_numpy(kernel(f"outputs of {plant.name}", symbols, shown)),
+        step=step,
+    )
 
 
 def _empty(job: Job) -> dict[str, Any]:
@@ -111,120 +128,103 @@ def _empty(job: Job) -> dict[str, Any]:
     return figures
 
 
-def _held(job: Job) -> list[np.ndarray]:
-    """(N,) of each input and each parameter of the plant, in its order."""
+def _held(job: Job, chosen: slice) -> list[np.ndarray]:
+    """Of each input and each parameter of the plant, in its order, the values in the chosen runs."""
     zeros = np.zeros(len(job.initial))
-    own = [job.own_inputs.get(s.name, zeros) for s in job.plant.inputs]
-    return own + [job.parameters[:, k] for k in range(len(job.plant.parameters))]
+    own = [job.own_inputs.get(s.name, zeros)[chosen] for s in job.plant.inputs]
+    return own + [job.parameters[chosen, k] for k in range(len(job.plant.parameters))]
 
 
-def _in_batches(
-    job: Job, settings: Continuous, batch: Batch, samples: int | None, figures: dict[str, Any]
-) -> list[int]:
-    """Fill in the figures; the runs that did not reach the horizon."""
-    names = [s.name for s in (*job.plant.inputs, *job.plant.parameters)]
-    held = dict(zip(names, _held(job), strict=True))
-    before = batch.hoisted.before
-    found = to_numpy(before)(*(held[name] for name in before.inputs)) if before.outputs else ()
+def _together(job: Job, settings: Continuous, lanes: Lanes, step: LaneStep, figures: dict[str, Any]) -> list[int]:
+    """Fill in the figures; the runs that did not arrive."""
     runs = len(job.initial)
-    constants = np.zeros((len(found), runs))
-    for row, value in enumerate(found):
-        constants[row] = value
-    starts = list(range(0, runs, BATCH * CHUNK))
-    threads = min(job.threads, len(starts))
-    # Copies take a millisecond; with them several threads of a process may be at work on one loop.
-    with batch.lock:
-        integrators = [deepcopy(batch.integrator) for _ in range(threads)]
+    chunks = [slice(begin, min(begin + CHUNK, runs)) for begin in range(0, runs, CHUNK)]
 
-    def work(worker: int) -> list[int]:
-        left: list[int] = []
-        for start in starts[worker::threads]:
-            chosen = np.arange(start, min(start + BATCH * CHUNK, runs))
-            left += _chunk(job, settings, batch, integrators[worker], constants, samples, chosen, figures)
-        return left
+    def work(chosen: slice) -> np.ndarray:
+        return _chunk(job, settings, lanes, step, chosen, figures)
 
-    if threads == 1:
-        return work(0)
-    with ThreadPoolExecutor(threads) as pool:
-        return sorted(run for left in pool.map(work, range(threads)) for run in left)
+    if min(job.threads, len(chunks)) == 1:
+        left = [work(chosen) for chosen in chunks]
+    else:
+        with ThreadPoolExecutor(min(job.threads, len(chunks))) as pool:
+            left = list(pool.map(work, chunks))
+    return np.concatenate(left).tolist()
 
 
 def _chunk(
-    job: Job,
-    settings: Continuous,
-    batch: Batch,
-    integrator: Any,
-    constants: np.ndarray,
-    samples: int | None,
-    chosen: np.ndarray,
-    figures: dict[str, Any],
-) -> list[int]:
-    n = len(job.plant.states)
-    # The last batch is filled up with copies of its last run, which nobody asks for.
-    padded = np.minimum(np.arange(chosen[0], chosen[0] + -(-len(chosen) // BATCH) * BATCH), chosen[-1])
-    initial = np.ascontiguousarray(job.initial[padded].T)
-    values = constants[:, padded]
-    final = np.empty((n, len(padded)))
-    grid = None if samples is None else np.linspace(0.0, job.horizon, samples + 1)
-    path = None if grid is None else np.empty((len(grid), n, len(padded)))
-    state, pars = integrator.state, integrator.pars
-    used = len(pars)
-    for first in range(0, len(padded), BATCH):
-        lanes = slice(first, first + BATCH)
-        integrator.set_time(0.0)
-        state[:] = initial[:, lanes]
-        if used:
-            pars[:] = values[:used, lanes]
-        if grid is None or path is None:
-            integrator.propagate_until(job.horizon, max_steps=settings.maximum_steps)
-        else:
-            # Shape (times, states, lanes).
-            everywhere = np.repeat(grid[:, None], BATCH, axis=1)
-            path[:, :, lanes] = integrator.propagate_grid(everywhere, max_steps=settings.maximum_steps)[1]
-        final[:, lanes] = state
-    count = len(chosen)
-    figures["final_state"][chosen] = final[:, :count].T
-    # Written so that a NaN is outside. A run that met the bound only on the way is caught where there is a path.
-    inside = np.square(final[:, :count]).sum(axis=0) < settings.bound**2
-    if grid is not None and path is not None:
-        inside &= (np.square(path[:, :, :count]).sum(axis=1) < settings.bound**2).all(axis=0)
-        held = [value[chosen] for value in _held(job)]
-        evaluate = to_numpy(batch.readouts)
-        shown = evaluate(*np.moveaxis(path[:, :, :count], 1, 0), *held) if batch.readouts.outputs else ()
-        for column, rows in enumerate(shown):
-            _put(figures, chosen, column, output_figures(grid, rows, job.targets[chosen, column]))
-    return [int(run) for run in chosen[~inside]]
+    job: Job, settings: Continuous, lanes: Lanes, step: LaneStep, chosen: slice, figures: dict[str, Any]
+) -> np.ndarray:
+    """Fill in the figures of the chosen runs; the numbers of those that did not arrive."""
+    held, initial = _held(job, chosen), job.initial[chosen]
+    targets = job.targets[chosen, : step.outputs].T
+    count, n = len(initial), step.states
+    names = [s.name for s in (*job.plant.inputs, *job.plant.parameters)]
+    known = dict(zip(names, held, strict=True))
+    constants = lanes.constants(*(known[name] for name in lanes.needed)) if lanes.needed else ()
+    start = _outputs(lanes, step, initial, held)
+    kept = np.stack([start, start, np.zeros_like(start)], axis=1).reshape(FIGURES * step.outputs, count)
+    bands = np.stack([targets, BAND * np.abs(targets - start)], axis=1).reshape(2 * step.outputs, count)
+    stays = [np.broadcast_to(row, count) for row in (job.horizon, *constants, *bands)]
+    last = _march(step, settings, np.stack([np.zeros(count), *initial.T, *kept, *stays]))
+    final = figures["final_state"][chosen] = last[1 : 1 + n].T
+    if step.outputs:
+        _put(figures, chosen, targets, start, _outputs(lanes, step, final, held), last[1 + n :])
+    # Written so that a NaN has not arrived.
+    arrived = (last[0] == job.horizon) & (np.square(last[1 : 1 + n]).sum(axis=0) < settings.bound**2)
+    return chosen.start + np.flatnonzero(~arrived)
 
 
-def _put(figures: dict[str, Any], runs: Any, column: int, found: dict[str, np.ndarray]) -> None:
-    for name, values in found.items():
-        figures[name][runs, column] = values
+def _march(step: LaneStep, settings: Continuous, rows: np.ndarray) -> np.ndarray:
+    """(moving, runs) after all runs arrived, passed the bound or used up their steps; rows: as of `LaneStep`."""
+    last = np.empty((step.moving, rows.shape[1]))
+    lanes = _filled(np.arange(rows.shape[1]))
+    here = np.take(rows, lanes, axis=1)
+    there = here.copy()
+    for count in range(1, settings.maximum_steps + 1):
+        step.evaluate(here, outputs=there[: step.moving])
+        here, there = there, here
+        if count % LOOK:
+            continue
+        inside = np.square(here[1 : 1 + step.states]).sum(axis=0) < settings.bound**2
+        under_way = np.flatnonzero((here[0] < here[step.moving]) & inside)
+        if not len(under_way):
+            break
+        if len(under_way) <= CROWD * len(lanes):
+            last[:, lanes] = here[: step.moving]
+            filled = _filled(under_way)
+            here, lanes = np.take(here, filled, axis=1), lanes[filled]
+            there = here.copy()
+    last[:, lanes] = here[: step.moving]
+    return last
 
 
-def output_figures(times: np.ndarray, values: np.ndarray, targets: np.ndarray) -> dict[str, np.ndarray]:
-    """Settling time, overshoot, steady and peak error of one output in many runs, as `metrics` has them.
+def _filled(lanes: np.ndarray) -> np.ndarray:
+    """Lane numbers, the last one repeated up to a multiple of LANES; copies come out alike."""
+    return np.concatenate([lanes, np.repeat(lanes[-1:], -len(lanes) % LANES)])
 
-    Args:
-        times: (K,) s. values: (K, N). targets: (N,).
-    """
-    way = targets - values[0]
-    error = values - targets
+
+def _outputs(lanes: Lanes, step: LaneStep, states: np.ndarray, held: list[np.ndarray]) -> np.ndarray:
+    """(outputs, N) at the states (N, n)."""
+    found = np.empty((step.outputs, len(states)))
+    if step.outputs:
+        for row, values in zip(found, lanes.readouts(*states.T, *held), strict=True):
+            row[:] = values
+    return found
+
+
+def _put(
+    figures: dict[str, Any], chosen: slice, targets: np.ndarray, start: np.ndarray, end: np.ndarray, kept: np.ndarray
+) -> None:
+    """Settling time, overshoot, steady and peak error as `metrics` defines them; targets, start, end: (outputs, N)."""
+    way = targets - start
+    high, low, left = kept.reshape(len(start), FIGURES, -1).transpose(1, 0, 2)
     with np.errstate(divide="ignore", invalid="ignore"):
-        farthest = np.where(way > 0, values.max(axis=0) - values[0], values.min(axis=0) - values[0]) / way
-        distance = np.abs(error)
-        outside = ~(distance <= BAND * np.abs(way))
-        last = len(times) - 1 - np.argmax(outside[::-1], axis=0)
-        runs = np.arange(len(targets))
-        after = np.minimum(last + 1, len(times) - 1)
-        high, low = distance[last, runs], distance[after, runs]
-        crossing = times[last] + (high - BAND * np.abs(way)) / (high - low) * (times[after] - times[last])
-    settled = np.where(outside.any(axis=0), np.where(outside[-1], np.inf, crossing), 0.0)
-    return {
-        "settling_time": np.where(way == 0.0, np.nan, settled),
-        "overshoot": np.where(way == 0.0, np.nan, np.maximum(0.0, farthest - 1.0)),
-        "steady_error": error[-1],
-        "peak_error": distance.max(axis=0),
-    }
+        farthest = np.where(way > 0, high - start, low - start) / way
+    settled = np.where(np.abs(end - targets) <= BAND * np.abs(way), left, np.inf)
+    figures["settling_time"][chosen] = np.where(way == 0.0, np.nan, settled).T
+    figures["overshoot"][chosen] = np.where(way == 0.0, np.nan, np.maximum(0.0, farthest - 1.0)).T
+    figures["steady_error"][chosen] = (end - targets).T
+    figures["peak_error"][chosen] = np.maximum(high - targets, targets - low).T
 
 
 def _single(job: Job, settings: Continuous, samples: int | None, run: int, figures: dict[str, Any]) -> None:

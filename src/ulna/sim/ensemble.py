@@ -100,8 +100,10 @@ def run_ensemble(
             `Sampled(initial=...)`.
         targets: by output name where it should end: number or (N,), else 0.
         seeds: (N,) of the random numbers; by default the loop's seed plus the number of the run.
-        samples: with `Continuous`, intervals of the grid on which the figures of the outputs are taken; by default only
-            the end of each run is looked at and they are NaN. A sampled loop takes them at its samples.
+        samples: with `Continuous`, a number asks for the figures of the outputs; by default only the end of each run is
+            looked at and they are NaN. They are read off the steps' polynomials, to about the tolerance (a crossing of
+            the band that is nearly a touch to its root). Runs that go one by one (jumps, limits, end stops, inputs that
+            are no constants) are looked at on so many intervals. A sampled loop takes them at its samples.
         threads: how many to use, by default one for each core.
         device: a `Gpu` to run a sampled loop on, instead of the processors.
 

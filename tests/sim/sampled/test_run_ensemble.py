@@ -15,6 +15,7 @@ from ulna.base import SimulationError
 from ulna.sim import (
     TIME,
     Continuous,
+    Crossing,
     EnsembleResult,
     ExactHold,
     Formula,
@@ -25,6 +26,7 @@ from ulna.sim import (
     Quantiser,
     Sampled,
     Saturation,
+    Settling,
     metrics,
     run_ensemble,
     simulate,
@@ -258,11 +260,15 @@ def test_a_continuous_ensemble_has_the_ends_and_figures_of_single_runs() -> None
     np.testing.assert_allclose(bare.final_state, many.final_state, atol=1e-9)
     assert np.isnan(bare.peak_error).all()
     for k in (0, 7, 20):
-        one = simulate(loop, initial[k], np.linspace(0, 10, 401), parameters={"k": stiffness[k]})
+        turn = Crossing(name="turn", expression="v")
+        one = simulate(loop, initial[k], 10.0, parameters={"k": stiffness[k]}, events=(Settling(output="y"), turn))
         np.testing.assert_allclose(many.final_state[k], one.final_state, atol=1e-9)
-        figures = metrics(one).outputs["y"]
-        for name in ("overshoot", "settling_time", "steady_error", "peak_error"):
-            assert getattr(many, name)[k, 0] == pytest.approx(getattr(figures, name), abs=1e-7)
+        turns = np.array([initial[k, 0], *(event.state[0] for event in one.events if event.signal == "turn")])
+        (settled,) = [event.time for event in one.events if event.signal == "y"]
+        assert many.settling_time[k, 0] == pytest.approx(settled, abs=1e-8)
+        assert many.overshoot[k, 0] == pytest.approx(max(0.0, -turns.min() / turns[0]), abs=1e-9)
+        assert many.peak_error[k, 0] == pytest.approx(np.abs(turns).max(), abs=1e-9)
+        assert many.steady_error[k, 0] == pytest.approx(one.final_state[0], abs=1e-9)
 
 
 def test_a_continuous_run_that_blows_up_is_one_result_among_others() -> None:
