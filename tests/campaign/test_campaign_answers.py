@@ -186,6 +186,11 @@ def test_a_map_over_drawn_runs_counts_every_run_once() -> None:
     assert hits.sum() == pytest.approx(settled_fraction(RUNS).count)
 
 
+def test_a_map_has_as_many_cells_as_the_runs_can_fill() -> None:
+    assert settled_map(RUNS, "x", "c").runs.shape == (4, 4)
+    assert settled_map(RUNS, "x", "c", cells=25).runs.shape == (25, 25)
+
+
 def test_a_fan_is_made_of_the_runs_themselves() -> None:
     result = campaign(SPRING, grid({"x": [-1.0, 0.0, 1.0, 2.0, 3.0]}), Measures(outputs=("y",)), horizon=3.0)
     found = fan(result, "y", levels=(0.0, 0.5, 1.0))

@@ -157,7 +157,7 @@ def _threads(client: Client, timeout: float) -> int:
             raise CampaignError(
                 "a campaign on a cluster",
                 f"the scheduler has had no workers for {timeout:g} s.",
-                "Start some: `dask worker ADDRESS`. Parts that are done are safe.",
+                "Start some where ulna is installed: `dask worker ADDRESS`. Parts that are done are safe.",
             )
         time.sleep(LOOK)
     raise CampaignError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,17 +32,19 @@ class SettledMap:
     runs: np.ndarray
 
 
-def settled_map(result: CampaignResult, x: str, y: str, *, cells: int = 25) -> SettledMap:
+def settled_map(result: CampaignResult, x: str, y: str, *, cells: int | None = None) -> SettledMap:
     """The settled part over two varied quantities; with a `Grid` plan one cell for each of its values.
 
     Args:
         result: of the campaign.
         x, y: names of two varied quantities.
-        cells: along each axis, where the plan is no grid.
+        cells: along each axis, where the plan is no grid; by default so that a cell holds some ten runs, 50 at most.
 
     Raises:
         CampaignError: a name that was not varied, both the same, fewer than one cell.
     """
+    if cells is None:
+        cells = min(50, max(4, math.isqrt(result.runs // 10)))
     if x == y or cells < 1:
         raise CampaignError(f"settled_map('{x}', '{y}', cells={cells})", "two different axes with cells are needed.")
     found = {column.name: column for column in result.columns if column.varied}
