@@ -18,11 +18,12 @@ from ulna.models import model, models
 
 ANSWERS = {entry.name: entry.answers for entry in models() if entry.answers}
 SLOW = {
-    "acrobot", "ball_and_beam", "boost_converter", "cart_pole", "cstr_exothermic", "field_controlled_dc_motor",
-    "flexible_joint", "furuta_pendulum", "gyro_one_rate_measured", "hidden_chain_bernoulli", "hidden_chain_gaussian",
-    "induction_motor", "inertia_wheel_pendulum", "isidori_full_linearisation", "isidori_zero_dynamics",
-    "khalil_van_der_pol_square", "quadrotor_extended", "quadruple_tank", "satellite_attitude", "stepper_motor",
-    "synchronous_generator", "two_link_arm", "two_mass_cubic_spring", "van_de_vusse",
+    "acrobot", "ball_and_beam", "boost_converter", "car_with_trailer", "cart_pole", "cstr_exothermic",
+    "field_controlled_dc_motor", "flexible_joint", "furuta_pendulum", "gyro_one_rate_measured",
+    "hidden_chain_bernoulli", "hidden_chain_gaussian", "induction_motor", "inertia_wheel_pendulum",
+    "isidori_full_linearisation", "isidori_zero_dynamics", "khalil_van_der_pol_square", "overhead_crane",
+    "quadrotor_extended", "quadruple_tank", "satellite_attitude", "stepper_motor", "synchronous_generator",
+    "two_link_arm", "two_mass_cubic_spring", "van_de_vusse",
 }  # fmt: skip
 
 
