@@ -97,7 +97,9 @@ def print_answers(result: CampaignResult, data: dict[str, Any]) -> None:
     over = ", ".join(_labelled(columns[name]) for name in result.varied)
     show.print(escape(f"{result.runs} runs of '{data['system']}' over {over}"), soft_wrap=True)
     settled = data["settled"]["count"]
-    show.print(f"settled (2 % band): {settled} of {result.runs} = [bold]{settled_fraction(result)}[/bold]", soft_wrap=True)
+    show.print(
+        f"settled (2 % band): {settled} of {result.runs} = [bold]{settled_fraction(result)}[/bold]", soft_wrap=True
+    )
     show.print("outcomes: " + ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in data["outcomes"].items()))
     show.print()
     show.print(_quantiles(data["quantiles"], columns))
