@@ -11,8 +11,21 @@ import sympy as sp
 from ulna.base.verdict import Verdict
 from ulna.symbolic.exact.zero import is_zero
 from ulna.symbolic.formulas.text import formula
-from ulna.symbolic.solving.roots import solutions
+from ulna.symbolic.solving.roots import decimal_root, solutions_in_time
 from ulna.system.system import System
+
+_SECONDS = 1.0
+"""s, for one search of an exact equilibrium."""
+_DIGITS = 12
+"""Of an equilibrium in decimals."""
+_ROUNDING = sp.Rational(1, 1000)
+"""How far, relatively, an equilibrium may lie from the values given for the states to count as theirs."""
+_LONG = 20
+"""Operations above which an exact equilibrium in numbers is given in decimals."""
+
+
+class _TooHardError(Exception):
+    """The equations were not solved in time, or by roots that nobody reads."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,17 +83,67 @@ def operating_point(system: System) -> OperatingPoint:
         lambda: _solved(rates, given, [*rest_states, *rest_inputs], system) if rest_states and rest_inputs else None,
     )
     for candidate in candidates:
-        point = candidate()
+        try:
+            point = candidate()
+        except _TooHardError:
+            break  # with more unknowns it is no easier
         if point is not None:
             verdict = _equilibrium(system, rates, point)
             if verdict.holds:
                 return _point(system, point, verdict)
-    if given and system.values:
+    if system.values:
         at_values = operating_point(system.with_values())
         if at_values.equilibrium.holds:
             return _point(system, at_values.values, at_values.equilibrium, parameters=dict(system.values))
     point = {**given, **zero_states, **zero_inputs}
-    return _point(system, point, _equilibrium(system, rates, point))
+    verdict = _equilibrium(system, rates, point)
+    if not system.parameters:
+        return _in_decimals(system, rates, given, point) or _point(system, point, verdict)
+    return _point(system, point, verdict)
+
+
+def _in_decimals(
+    system: System, rates: tuple[sp.Expr, ...], given: Mapping[sp.Symbol, sp.Expr], point: Mapping[sp.Symbol, sp.Expr]
+) -> OperatingPoint | None:
+    """The equilibrium Newton's method reaches with what was not given, or the given point if one lies within rounding.
+
+    Inputs stay at zero where the states left out suffice. A point in decimals is `supported` only, with its digits.
+    """
+    claim = f"'{system.name}' rests at its operating point"
+    states = [s for s in system.state_symbols if s not in given]
+    inputs = [s for s in system.input_symbols if s not in given]
+    for unknowns in (states, [*states, *inputs]):
+        equations = [e for r in rates if (e := r.xreplace({s: v for s, v in point.items() if s not in unknowns})) != 0]
+        if not unknowns or len(equations) > len(unknowns) or any(e.has(sp.nan, sp.zoo, sp.oo) for e in equations):
+            continue
+        for start in (sp.Integer(0), sp.Rational(1, 3)):
+            found = decimal_root(equations, unknowns, dict.fromkeys(unknowns, start), digits=_DIGITS)
+            if found is not None:
+                verdict = Verdict.supported(claim, method="Newton's method", digits=_DIGITS)
+                return _point(system, {**point, **found}, verdict)
+    everything = [*system.state_symbols, *inputs]
+    if not given or len(rates) > len(everything):
+        return None
+    known = {s: v for s, v in point.items() if s not in everything}
+    held = [r.xreplace(known) for r in rates]
+    near = decimal_root(held, everything, {**point, **_least_squares(held, inputs, point)}, digits=_DIGITS)
+    if near is None or any(abs(near[s] - point[s]) > _ROUNDING * abs(point[s]) for s in system.state_symbols):
+        return None
+    verdict = Verdict.supported(claim, reason="an equilibrium lies within the rounding of the values given", at=near)
+    return _point(system, {**point, **{u: near[u] for u in inputs}}, verdict)
+
+
+def _least_squares(
+    rates: list[sp.Expr], inputs: list[sp.Symbol], point: Mapping[sp.Symbol, sp.Expr]
+) -> dict[sp.Symbol, sp.Expr]:
+    """The inputs that leave the least of the rates at the point."""
+    values = {**point, **dict.fromkeys(inputs, sp.Integer(0))}
+    slopes = sp.Matrix(rates).jacobian(inputs).xreplace(values).evalf(_DIGITS)
+    rest = sp.Matrix(rates).xreplace(values).evalf(_DIGITS)
+    square = slopes.T * slopes
+    if not inputs or square.has(sp.nan, sp.zoo, sp.oo) or square.det() == 0:
+        return {}
+    return dict(zip(inputs, square.LUsolve(-slopes.T * rest), strict=True))
 
 
 def given_point(system: System) -> OperatingPoint:
@@ -122,13 +185,20 @@ def _solved(
     if any(not e.free_symbols & set(unknowns) and is_zero(e).fails for e in equations):
         return None
     best: tuple[float, dict[sp.Symbol, sp.Expr]] | None = None
-    for solution in solutions(equations, unknowns):
+    found = solutions_in_time(equations, unknowns, seconds=_SECONDS)
+    if found is None:
+        raise _TooHardError
+    for solution in found:
         free = dict.fromkeys([u for u in unknowns if u not in solution], sp.Integer(0))
         point = {**fixed, **free, **{s: e.subs(free) for s, e in solution.items()}}
         size = _distance(point, system)
         if size is not None and (best is None or size < best[0]):
             best = (size, point)
-    return best[1] if best else None
+    if best is None:
+        return None
+    if not system.parameters and any(sp.count_ops(v) > _LONG for v in best[1].values()):
+        raise _TooHardError  # roots of cubics and the like read better in decimals
+    return best[1]
 
 
 def _distance(point: Mapping[sp.Symbol, sp.Expr], system: System) -> float | None:
