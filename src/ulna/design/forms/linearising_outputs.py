@@ -29,6 +29,7 @@ from ulna.symbolic.exact.linear import inverse_last_row
 from ulna.symbolic.exact.rank import generic_rank, rank_at
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
+from ulna.system.operating_point import operating_point
 from ulna.system.system import System
 
 _SECONDS = 4.0
@@ -247,7 +248,9 @@ class _Search:
         return generic_rank(self._differentials(functions), seconds=0).value == len(functions)
 
     def _independent_at_point(self, functions: list[sp.Expr]) -> bool:
-        return rank_at(self._differentials(functions), self.found.point, seconds=0).value == len(functions)
+        # Parameters at their values where the point is an equilibrium for these only.
+        where = operating_point(self.found.view.system).where
+        return rank_at(self._differentials(functions), where, seconds=0).value == len(functions)
 
     def _differentials(self, functions: list[sp.Expr]) -> sp.ImmutableDenseMatrix:
         x = self.found.view.x
