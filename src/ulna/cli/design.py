@@ -21,7 +21,7 @@ from ulna.cli.making import (
     Weights,
     make_design,
 )
-from ulna.cli.session import console, line, plant, print_json, progress
+from ulna.cli.session import chosen, console, line, plant, print_json, progress
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -50,17 +50,7 @@ def design(
     from ulna.system.file import write_system
 
     system = plant(name)
-    options = DesignOptions(
-        controller_poles=controller_poles,
-        lqr=lqr,
-        input_output=input_output,
-        set_point=set_point,
-        track=track,
-        integral=integral,
-        observer_poles=observer_poles,
-        high_gain=high_gain,
-        kalman=kalman,
-    )
+    options = chosen(DesignOptions, locals())
     with progress(f"designing for '{system.name}'"):
         made = make_design(system if symbolic else system.with_values(), options)
     controller = made.compensator or made.law or made.observer

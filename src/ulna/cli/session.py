@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import typer
 from typer.core import TyperGroup
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from ulna.system.system import System
+
+
+Options = TypeVar("Options")
 
 
 class UlnaGroup(TyperGroup):
@@ -57,6 +61,12 @@ def plant(name: str) -> System:
     from ulna.models.catalogue import model
 
     return model(name)
+
+
+def chosen(kind: Callable[..., Options], given: Mapping[str, Any]) -> Options:
+    """The dataclass of options `kind` from a command's arguments of the same names; None stands for its default."""
+    names = {field.name for field in fields(cast("Any", kind))}
+    return kind(**{name: value for name, value in given.items() if name in names and value is not None})
 
 
 def console() -> Console:

@@ -39,7 +39,7 @@ from ulna.cli.making import (
     Weights,
     make_loop,
 )
-from ulna.cli.session import console, number_list, plant, plant_states, print_json, progress
+from ulna.cli.session import chosen, console, number_list, plant, plant_states, print_json, progress
 
 if TYPE_CHECKING:
     from ulna.sim.trajectory import Trajectory
@@ -98,31 +98,8 @@ def simulate(
     if not time > 0:
         raise SimulationError("the length of the run", f"{time:g} s were given.", "Give a positive --time.")
     system = plant(name)
-    wanted = DesignOptions(
-        controller_poles=controller_poles,
-        lqr=lqr,
-        input_output=input_output,
-        set_point=set_point,
-        track=track,
-        integral=integral,
-        observer_poles=observer_poles,
-        high_gain=high_gain,
-        kalman=kalman,
-    )
-    hardware = HardwareOptions(
-        period=period,
-        limit=limit or (),
-        stop=stop or (),
-        delay=delay,
-        encoder=encoder,
-        resolution=resolution,
-        noise=noise,
-        slew=slew,
-        jitter=jitter,
-        missed=missed,
-        pwm=pwm,
-        seed=seed,
-    )
+    wanted = chosen(DesignOptions, locals())
+    hardware = chosen(HardwareOptions, locals())
     require_period(hardware)
     with progress(f"simulating '{system.name}'"):
         loop = make_loop(system.with_values(), wanted)

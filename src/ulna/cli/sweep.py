@@ -41,7 +41,7 @@ from ulna.cli.making import (
     given_states,
     make_loop,
 )
-from ulna.cli.session import number_list, plant, plant_states, print_json, progress
+from ulna.cli.session import chosen, number_list, plant, plant_states, print_json, progress
 from ulna.cli.sweep_answers import answers, draw_answers, leading_figure, print_answers
 
 if TYPE_CHECKING:
@@ -119,29 +119,8 @@ def sweep(
     system = plant(name)
     plan = _plan(vary, runs, seed, sampling)
     axes = _axes(over, plan.names)
-    wanted = DesignOptions(
-        controller_poles=controller_poles,
-        lqr=lqr,
-        input_output=input_output,
-        integral=integral,
-        observer_poles=observer_poles,
-        high_gain=high_gain,
-        kalman=kalman,
-    )
-    hardware = HardwareOptions(
-        period=period,
-        limit=limit or (),
-        stop=stop or (),
-        delay=delay,
-        encoder=encoder,
-        resolution=resolution,
-        noise=noise,
-        slew=slew,
-        jitter=jitter,
-        missed=missed,
-        pwm=pwm,
-        seed=seed,
-    )
+    wanted = chosen(DesignOptions, locals())
+    hardware = chosen(HardwareOptions, locals())
     require_period(hardware)
     with progress(f"designing for '{system.name}'"):
         loop = make_loop(system, wanted)
