@@ -51,6 +51,7 @@ format: $(VENV)/.test.stamp
 
 bench: $(VENV)/.test.stamp
 	@$(BIN)/python benchmarks/single_run.py
+	@$(BIN)/python benchmarks/continuous_ensemble.py
 
 $(VENV)/.base.stamp: requirements/base.txt pyproject.toml
 	$(make_venv)

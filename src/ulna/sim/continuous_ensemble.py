@@ -27,8 +27,8 @@ from ulna.system import System
 LANES = 16
 """Runs are filled up to a multiple of this: vector code and the code for what is left over round differently."""
 
-CHUNK = 1024
-"""Runs that step together."""
+CHUNK = 2048
+"""Runs that step together at most."""
 
 LOOK = 4
 """Steps between two looks at who has arrived."""
@@ -130,15 +130,17 @@ def _empty(job: Job) -> dict[str, Any]:
 
 def _held(job: Job, chosen: slice) -> list[np.ndarray]:
     """Of each input and each parameter of the plant, in its order, the values in the chosen runs."""
-    zeros = np.zeros(len(job.initial))
-    own = [job.own_inputs.get(s.name, zeros)[chosen] for s in job.plant.inputs]
+    zeros = np.zeros(chosen.stop - chosen.start)
+    own = [job.own_inputs[s.name][chosen] if s.name in job.own_inputs else zeros for s in job.plant.inputs]
     return own + [job.parameters[chosen, k] for k in range(len(job.plant.parameters))]
 
 
 def _together(job: Job, settings: Continuous, lanes: Lanes, step: LaneStep, figures: dict[str, Any]) -> list[int]:
     """Fill in the figures; the runs that did not arrive."""
     runs = len(job.initial)
-    chunks = [slice(begin, min(begin + CHUNK, runs)) for begin in range(0, runs, CHUNK)]
+    # As many for each thread.
+    length = -(-runs // (job.threads * -(-runs // (job.threads * CHUNK))))
+    chunks = [slice(begin, min(begin + length, runs)) for begin in range(0, runs, length)]
 
     def work(chosen: slice) -> np.ndarray:
         return _chunk(job, settings, lanes, step, chosen, figures)
@@ -170,7 +172,7 @@ def _chunk(
     if step.outputs:
         _put(figures, chosen, targets, start, _outputs(lanes, step, final, held), last[1 + n :])
     # Written so that a NaN has not arrived.
-    arrived = (last[0] == job.horizon) & (np.square(last[1 : 1 + n]).sum(axis=0) < settings.bound**2)
+    arrived = (last[0] == job.horizon) & (_squared(last[1 : 1 + n]) < settings.bound**2)
     return chosen.start + np.flatnonzero(~arrived)
 
 
@@ -185,7 +187,7 @@ def _march(step: LaneStep, settings: Continuous, rows: np.ndarray) -> np.ndarray
         here, there = there, here
         if count % LOOK:
             continue
-        inside = np.square(here[1 : 1 + step.states]).sum(axis=0) < settings.bound**2
+        inside = _squared(here[1 : 1 + step.states]) < settings.bound**2
         under_way = np.flatnonzero((here[0] < here[step.moving]) & inside)
         if not len(under_way):
             break
@@ -196,6 +198,11 @@ def _march(step: LaneStep, settings: Continuous, rows: np.ndarray) -> np.ndarray
             there = here.copy()
     last[:, lanes] = here[: step.moving]
     return last
+
+
+def _squared(states: np.ndarray) -> np.ndarray:
+    """(runs,) sum of the squares of the rows."""
+    return np.einsum("ij,ij->j", states, states)
 
 
 def _filled(lanes: np.ndarray) -> np.ndarray:
