@@ -21,7 +21,7 @@ import numpy as np
 from sampled_peers import END, LANES, PERIOD, SAMPLES, STEP, casadi_loop, compiled_c, control_loop, scipy_loop
 
 import ulna
-from ulna.sim import Continuous, Pwm, Quantiser, Sampled, Saturation, run_ensemble, simulate
+from ulna.sim import Pwm, Quantiser, Sampled, Saturation, run_ensemble, simulate
 
 CARRIERS = 20
 START = np.array([1.0, 0.0, 0.0])
@@ -172,34 +172,6 @@ def pulses(
     shown(f"{len(initial)} runs, 20 kHz pulses", seconds, len(initial), {})
 
 
-def continuous_table(whole: ulna.System, initial: np.ndarray, carried: np.ndarray, rounds: int) -> None:
-    """The same loop without sampling, many runs, with and without figures along the way."""
-    begin = np.hstack([initial, np.zeros_like(initial)])
-    settings, values = Continuous(tolerance=1e-7), {"m2": carried}
-    continuous = interleaved(
-        {
-            "run_ensemble, one core": lambda: run_ensemble(
-                whole, begin, END, time=settings, parameters=values, threads=1
-            ),
-            "run_ensemble, figures on 100 intervals": lambda: run_ensemble(
-                whole, begin, END, time=settings, parameters=values, threads=1, samples=100
-            ),
-        },
-        rounds,
-    )
-    ended = run_ensemble(whole, begin[:50], END, time=settings, parameters={"m2": carried[:50]})
-    worst = max(
-        np.abs(simulate(whole, begin[k], END, parameters={"m2": carried[k]}).final_state - ended.final_state[k]).max()
-        for k in range(50)
-    )
-    shown(
-        f"{len(initial)} runs, continuous",
-        continuous,
-        len(initial),
-        {"run_ensemble, one core": f"{worst:.1e} at the end"},
-    )
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=10)
@@ -226,8 +198,6 @@ def main() -> None:
         one_run(arm, loop, Path(folder), rounds)
         many_runs(arm, loop, Path(folder), initial, carried, few)
         pulses(arm, loop, Path(folder), initial[: 10 * LANES], carried[: 10 * LANES], rounds)
-    whole = ulna.close_loop(arm, ulna.compensator(law, observer)).system
-    continuous_table(whole, initial, carried, few)
 
 
 if __name__ == "__main__":

@@ -132,6 +132,8 @@ def _write_sample(w: LoopWriter, *, recording: bool) -> None:
         write_measurement(w)
         if layout.memory:
             write_update(w)
+    # Two loops: in one the compiler runs out of registers.
+    with w.runs():
         write_command(w)
     write_entries(w)
     if recording:
