@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from ulna.symbolic.solving.branch import on_branch
+from ulna.symbolic.solving.branch import on_branch, real_odd_roots
 
 x, y = sp.symbols("x y", real=True)
 a, b = sp.symbols("a b")
@@ -42,3 +42,9 @@ def test_nothing_is_taken_off_at_the_end_of_a_branch(expression):
 def test_a_square_root_of_a_square_stays_where_its_sign_is_unknown():
     expression = sp.sqrt((sp.sqrt(a) + b) ** 2)
     assert on_branch(expression, {a: sp.Integer(1), b: sp.Integer(-1)}) == expression
+
+
+def test_odd_roots_are_real_on_both_sides():
+    found = real_odd_roots((x - 1) ** sp.Rational(1, 3) + (x - 1) ** sp.Rational(2, 3) + sp.sqrt(y))
+    assert found.subs({x: -7, y: 4}) == -2 + 4 + 2
+    assert found.subs({x: 9, y: 4}) == 2 + 4 + 2

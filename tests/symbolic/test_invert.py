@@ -153,3 +153,11 @@ def test_roots_of_squares_are_taken_on_the_side_of_the_base_point() -> None:
     assert found.expressions is not None
     assert not any(e.has(sp.Abs, sp.sign) for e in found.expressions)
     assert same(found.expressions[1], (sqrt(z1) + z2 / a) ** 2)
+
+
+@pytest.mark.parametrize(("power", "sides"), [(3, 2), (2, 1)])
+def test_an_inverse_through_a_flat_point_is_real_on_every_side_where_it_can_be(power: int, sides: int) -> None:
+    found = inverted([x1, x2**power], [zero, zero])
+    assert found.expressions is not None
+    back = [found.expressions[1].subs(z2, t**power) for t in (sp.Rational(1, 8), -sp.Rational(1, 8))]
+    assert [t == b for t, b in zip((sp.Rational(1, 8), -sp.Rational(1, 8)), back, strict=True)] == [True, sides == 2]

@@ -36,6 +36,16 @@ def on_branch(expression: sp.Expr, base: Base) -> sp.Expr:
     return node if rule is None else rule(node.args[0], base) or node
 
 
+def real_odd_roots(expression: sp.Expr) -> sp.Expr:
+    """The expression with sign(w) |w|^(k/n) for w^(k/n), n odd: powers of negative numbers are complex otherwise."""
+
+    def odd(node: sp.Expr) -> bool:
+        power = node.exp if node.is_Pow else sp.Integer(0)
+        return bool(power.is_Rational and not power.is_Integer and power.q % 2 and not node.base.is_number)
+
+    return expression.replace(odd, lambda e: sp.sign(e.base) ** (e.exp.p % 2) * sp.Abs(e.base) ** e.exp)
+
+
 def _power(node: sp.Expr, base: Base) -> sp.Expr:
     """(p^a)^b and (p^a q)^b, b not whole, with p^(a b) taken out as its sign at the base point allows."""
     body, outer = node.as_base_exp()

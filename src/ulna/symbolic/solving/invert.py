@@ -18,7 +18,7 @@ from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.sample import SEED, random_points
 from ulna.symbolic.exact.simplify import shortened, tidy
 from ulna.symbolic.solving.algebraic import algebraic
-from ulna.symbolic.solving.branch import on_branch
+from ulna.symbolic.solving.branch import on_branch, real_odd_roots
 from ulna.symbolic.solving.inverse_check import InversionTask, comes_back, verified
 from ulna.symbolic.solving.isolate import Base, Isolated, linear_in, number_at, peeled, solved_branches
 
@@ -89,7 +89,8 @@ def invert_map(
     task = InversionTask(forward=expressions, old=tuple(old), new=tuple(new), base=base, seconds=seconds)
     evidence: dict[str, object] = {"base": start} if moved else {}
     rejected: list[str] = []
-    answer = attempt_exactly(seconds, "invert the map", _first_verified, task, start, claim, evidence, rejected)
+    given = {x: sp.sympify(near.get(x, 0)) for x in old}
+    answer = attempt_exactly(seconds, "invert the map", _first_verified, task, start, given, claim, evidence, rejected)
     if answer.value is not None:
         return answer.value
     tried = answer.reason or "elimination one unknown at a time, SymPy's solve for the whole"
@@ -116,7 +117,12 @@ def _regular_base(
 
 
 def _first_verified(
-    task: InversionTask, start: dict[sp.Symbol, sp.Expr], claim: str, evidence: dict[str, object], rejected: list[str]
+    task: InversionTask,
+    start: dict[sp.Symbol, sp.Expr],
+    given: dict[sp.Symbol, sp.Expr],
+    claim: str,
+    evidence: dict[str, object],
+    rejected: list[str],
 ) -> Inversion | None:
     first = _State(equations=tuple(one - z for one, z in zip(task.forward, task.new, strict=True)), unknowns=task.old)
     for state in chain(_eliminated(first, task), _solved_as_a_whole(first, task)):
@@ -129,10 +135,20 @@ def _first_verified(
         expressions = tuple(tidy(solution[x], seconds=0.3) for x in task.old)
         verdict = verified(task, start, expressions, claim, evidence)
         if verdict.holds:
+            if evidence:
+                expressions = _on_both_sides(task, given, expressions)
             nonzero, positive = _conditions(state, solution)
             return Inversion(expressions=expressions, verdict=verdict, nonzero=nonzero, positive=positive)
         rejected.append(f"{expressions}: {verdict}")
     return None
+
+
+def _on_both_sides(
+    task: InversionTask, given: dict[sp.Symbol, sp.Expr], expressions: tuple[sp.Expr, ...]
+) -> tuple[sp.Expr, ...]:
+    """Odd roots as real numbers on both sides of zero, where that is the inverse all around the given point too."""
+    both = tuple(real_odd_roots(one) for one in expressions)
+    return both if both != expressions and comes_back(task, given, both).holds else expressions
 
 
 def _eliminated(state: _State, task: InversionTask) -> Iterator[_State]:
