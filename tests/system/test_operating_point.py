@@ -64,3 +64,9 @@ def test_a_plant_that_never_rests_is_refused():
     found = operating_point(plant({"x1": "1 + exp(x1)", "x2": "u"}))
     assert found.equilibrium.fails
     assert set(found.states.values()) == {0}
+
+
+def test_a_given_point_without_inputs_to_hold_it_is_no_equilibrium():
+    found = operating_point(plant({"x1": "x1*(1 - x2)", "x2": "x2*(x1 - 1) + x1"}, point={"x1": 1, "x2": 1}, inputs=()))
+    assert found.equilibrium.fails
+    assert list(found.states.values()) == [1, 1]

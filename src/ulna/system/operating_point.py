@@ -137,11 +137,13 @@ def _least_squares(
     rates: list[sp.Expr], inputs: list[sp.Symbol], point: Mapping[sp.Symbol, sp.Expr]
 ) -> dict[sp.Symbol, sp.Expr]:
     """The inputs that leave the least of the rates at the point."""
+    if not inputs:
+        return {}
     values = {**point, **dict.fromkeys(inputs, sp.Integer(0))}
     slopes = sp.Matrix(rates).jacobian(inputs).xreplace(values).evalf(_DIGITS)
     rest = sp.Matrix(rates).xreplace(values).evalf(_DIGITS)
     square = slopes.T * slopes
-    if not inputs or square.has(sp.nan, sp.zoo, sp.oo) or square.det() == 0:
+    if square.has(sp.nan, sp.zoo, sp.oo) or square.det() == 0:
         return {}
     return dict(zip(inputs, square.LUsolve(-slopes.T * rest), strict=True))
 
