@@ -114,20 +114,9 @@ def run_ensemble(
     given = {"parameters": parameters, "inputs": inputs, "references": references, "targets": targets}
     given["controller_initial"] = controller_initial
     count = _count(plant, initial, given, seeds)
-    if not (0 < horizon < np.inf):
-        raise SimulationError("horizon of the ensemble", f"{horizon} is not a positive time in s.")
-    if samples is not None and samples < 1:
-        raise SimulationError(f"run_ensemble(samples={samples})", "at least one interval is needed.")
-    if controller_initial and not isinstance(time, Sampled):
-        raise SimulationError(
-            "run_ensemble(controller_initial=...)",
-            "a continuous loop has no controller beside the plant.",
-            "Its states are among those of the plant: initial=.",
-        )
-    if device is not None and not isinstance(time, Sampled):
-        raise SimulationError(
-            "run_ensemble(device=...)", "continuous loops run on processors only.", "Leave it out, or give Sampled."
-        )
+    _check_time(horizon, samples)
+    if not isinstance(time, Sampled):
+        _check_continuous(controller_initial, device)
     names = [signal.name for signal in plant.inputs]
     shared, own = _split_inputs(inputs or {}, names, count, plant)
     first_seed = time.seed if isinstance(time, Sampled) else 0
@@ -151,6 +140,26 @@ def run_ensemble(
     else:
         figures = continuous_figures(job, time, samples)
     return EnsembleResult(plant=plant, horizon=float(horizon), **figures)
+
+
+def _check_time(horizon: float, samples: int | None) -> None:
+    if not (0 < horizon < np.inf):
+        raise SimulationError("horizon of the ensemble", f"{horizon} is not a positive time in s.")
+    if samples is not None and samples < 1:
+        raise SimulationError(f"run_ensemble(samples={samples})", "at least one interval is needed.")
+
+
+def _check_continuous(controller_initial: Mapping[str, Any] | None, device: Gpu | None) -> None:
+    if controller_initial:
+        raise SimulationError(
+            "run_ensemble(controller_initial=...)",
+            "a continuous loop has no controller beside the plant.",
+            "Its states are among those of the plant: initial=.",
+        )
+    if device is not None:
+        raise SimulationError(
+            "run_ensemble(device=...)", "continuous loops run on processors only.", "Leave it out, or give Sampled."
+        )
 
 
 def _count(plant: System, initial: Any, given: Mapping[str, Mapping[str, Any] | None], seeds: Any) -> int:
