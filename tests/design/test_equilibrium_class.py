@@ -212,3 +212,10 @@ def test_centre_manifold_satisfies_its_invariance_condition() -> None:
     gap = sp.Matrix(rates).subs(values) - graph.diff(s) * rate
     for entry in gap:
         assert sp.series(entry, s, 0, 6).removeO() == 0
+
+
+def test_a_steady_drift_is_named_as_the_reason_for_no_equilibrium():
+    system = system_from_mapping({"format": 1, "name": "drift", "states": {"x1": "-x1", "x2": "-1/2"}})
+    found = equilibrium_class(system)
+    assert found.stability == "undecided"
+    assert "x2' = -1/2" in str(found.verdict.evidence["reason"])

@@ -158,6 +158,9 @@ def _equilibrium(
     here = [r.xreplace(dict(start)) for r in rates]
     if not any(e.has(sp.nan, sp.zoo, sp.oo) for e in here) and all(is_zero(e, test=_QUICK).holds for e in here):
         return dict(start), True
+    for z, rate in zip(x, rates, strict=True):
+        if not rate.has(*x) and not is_zero(rate, test=_QUICK).holds:
+            raise _NoEquilibriumError(f"there is no equilibrium: {z}' = {rate} everywhere")
     best: tuple[Any, dict[sp.Symbol, sp.Expr]] | None = None
     for solution in solutions(rates, x, seconds=_SOLVE_SECONDS):
         point = {z: solution.get(z, z).xreplace(dict(start)) for z in x}
