@@ -85,7 +85,7 @@ class Cluster:
 
     address: str | None = None
     client: Any = field(default=None, repr=False)
-    timeout: float = 5.0
+    timeout: float = 10.0
     deaths: int = 10
 
     def __post_init__(self) -> None:

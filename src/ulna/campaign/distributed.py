@@ -7,12 +7,13 @@ import math
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import islice
 from typing import Any
 
 from distributed import Client, Future, wait
 from distributed.comm.addressing import parse_address, parse_host_port
+from distributed.comm.core import CommClosedError
 from distributed.comm.registry import get_backend
 from distributed.scheduler import KilledWorker
 
@@ -106,8 +107,12 @@ def dask_parts(
                 else:
                     future.release()
                     yield span, data
+    except CommClosedError as error:
+        raise _gone() from error
     finally:
-        client.cancel(list(flying))
+        # Without a scheduler there is nothing left to cancel.
+        with suppress(OSError):
+            client.cancel(list(flying))
 
 
 def _finished(client: Client, flying: Mapping[Future, Span]) -> list[Future]:
@@ -160,7 +165,11 @@ def _threads(client: Client, timeout: float) -> int:
                 "Start some where ulna is installed: `dask worker ADDRESS`. Parts that are done are safe.",
             )
         time.sleep(LOOK)
-    raise CampaignError(
+    raise _gone()
+
+
+def _gone() -> CampaignError:
+    return CampaignError(
         "a campaign on a cluster",
         "the scheduler is gone.",
         "Start it and the campaign again; parts that are done are safe.",
