@@ -17,6 +17,8 @@ from ulna.studies.prosthesis.tasks import Task, tasks_of
 from ulna.studies.prosthesis.trial import Runs, prepare, run_trial
 
 WORKERS = 2
+EQUAL = 0.05
+"""Share by which two values must differ for one of them to be better."""
 LOST = 10.0
 """RMS error in degrees from which a controller does not do its task: an arm that lies on its stop wins nothing."""
 
@@ -73,6 +75,11 @@ class Comparison:
         """Who has the least of a measure at this quantile; None where nobody has a finite value."""
         ranked = self.ranked(task, measure, share)
         return ranked[0][0] if ranked else None
+
+    def leaders(self, task: str, measure: str, share: float) -> tuple[Contender, ...]:
+        """Who has the least of a measure at this quantile, and all within `EQUAL` of it, least first."""
+        ranked = self.ranked(task, measure, share)
+        return tuple(c for c, value in ranked if value <= ranked[0][1] + EQUAL * abs(ranked[0][1]))
 
     def ranked(self, task: str, measure: str, share: float) -> list[tuple[Contender, float]]:
         """Contenders and values of a measure at this quantile, least first; those that are lost stay out."""

@@ -48,7 +48,9 @@ def demonstrate(
     Raises:
         DesignError: a recording that is too short or silent, a calibration without recording or at another rate.
     """
-    if calibration is not None and (recording is None or not math.isclose(recording.rate, calibration.rate, rel_tol=1e-3)):
+    if calibration is not None and (
+        recording is None or not math.isclose(recording.rate, calibration.rate, rel_tol=1e-3)
+    ):
         raise DesignError(
             "a calibration of muscle signals",
             "there is no recording to calibrate."

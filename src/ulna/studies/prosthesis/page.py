@@ -12,6 +12,7 @@ from ulna.studies.prosthesis.baselines import VISUAL_DELAY
 from ulna.studies.prosthesis.compare import Comparison
 from ulna.studies.prosthesis.plant import Bench
 from ulna.studies.prosthesis.trial import NOISE
+from ulna.studies.prosthesis.verdict import SHARE, advice_text, recommendation, standings
 
 COLUMNS: tuple[tuple[str, str, str], ...] = (
     ("reach", "settling", "reach: settling (s)"),
@@ -49,16 +50,19 @@ _PICTURES = {
 def document(found: Sequence[Comparison], pictures: Mapping[str, str]) -> Document:
     """Return the report; `pictures` holds every figure as SVG text by name."""
     plants = found[0].count
-    wins, races = _proposed_wins(found)
+    alone, shared, races = _tally(found)
     return Document(
         title="A prosthesis one could build",
         lead="Seven controllers, from proportional voltage to a load-robust compensator, on the same arms with the "
-        "same "
-        "noise at the same tasks; every number comes from the runs of this page.",
+        "same noise at the same tasks: which one to build, which not. Every number comes from the runs of this page.",
         facts=(
             (str(len(found)), "arms" if len(found) > 1 else "arm", Tone.PLAIN),
             (str(plants), "plants for each arm, task and controller", Tone.PLAIN),
-            (f"{wins} of {races}", "comparisons won by a design of the paper or this package", Tone.PLAIN),
+            (
+                f"{alone} of {races}",
+                f"measures led by designs of the paper or this package, {shared} shared within 5 %, the rest by others",
+                Tone.PLAIN,
+            ),
         ),
         sections=(
             Section(anchor="short", title="In short", blocks=_short(found)),
@@ -70,35 +74,62 @@ def document(found: Sequence[Comparison], pictures: Mapping[str, str]) -> Docume
 
 
 def _short(found: Sequence[Comparison]) -> tuple[Block, ...]:
-    rows = []
-    for each in found:
-        for task, measure, heading in COLUMNS:
-            ranked = each.ranked(task, measure, 0.95)
-            if len(ranked) < 2:
-                continue
-            (first, best), (second, next_best) = ranked[:2]
-            rows.append(
-                (
-                    each.bench.preset.name,
-                    f"{each_title(each, task)}: {heading.split(': ')[-1]}",
-                    Badge(text=first.title, tone=Tone.GOOD if first.proposed else Tone.PLAIN),
-                    _number(best),
-                    second.title,
-                    _number(next_best),
-                )
-            )
+    arms = tuple(_plain(each.bench.preset.name) for each in found)
     return (
-        Text(
-            text="Who is best at what, by the value that 95 of 100 plants stay below. The designs of the paper and of "
-            "this "
-            "package are marked; the others are common practice, tuned on the same cost by the same search."
+        *(Text(text=f"{arm.capitalize()}. {recommendation(each)}") for arm, each in zip(arms, found, strict=True)),
+        Table(
+            head=("controller", *arms),
+            rows=_standing_rows(found),
+            caption="RMS error over the least of each task, geometric mean over the six tasks, of what 95 of 100 "
+            "plants stay below. ✓ best, ✗ lost (RMS error above 10°) at a task.",
+            numeric=frozenset(range(1, len(found) + 1)),
         ),
         Table(
-            head=("arm", "measure", "best", "value", "second", "value"),
-            rows=tuple(rows),
-            numeric=frozenset({3, 5}),
+            head=("measure", *arms),
+            rows=_leader_rows(found),
+            caption="Who has the least of each measure, and its value, by what 95 of 100 plants stay below; all within "
+            "5 % of the best are named. ✓ only designs of the paper or this package; the others are common practice, "
+            "tuned on the same cost by the same search.",
         ),
     )
+
+
+def _standing_rows(found: Sequence[Comparison]) -> tuple[tuple[Cell, ...], ...]:
+    tables = [{s.contender.key: s for s in standings(each)} for each in found]
+    first = [standings(each)[0].contender.key for each in found]
+    rows = []
+    for contender in found[0].contenders:
+        cells: list[Cell] = [contender.title]
+        for table, best in zip(tables, first, strict=True):
+            standing = table[contender.key]
+            text = f"{standing.score:.3g}"
+            if standing.lost:
+                cells.append(Badge(text=text, tone=Tone.BAD))
+            else:
+                cells.append(Badge(text=text, tone=Tone.GOOD) if best == contender.key else text)
+        rows.append(tuple(cells))
+    return tuple(rows)
+
+
+def _leader_rows(found: Sequence[Comparison]) -> tuple[tuple[Cell, ...], ...]:
+    rows = []
+    for task, measure, heading in (*COLUMNS, *EFFORTS):
+        cells: list[Cell] = [f"{_plain(task)}: {heading.split(': ')[-1]}"]
+        for each in found:
+            leaders = each.leaders(task, measure, SHARE)
+            if not leaders:
+                cells.append("nobody")
+                continue
+            value = each.entries[leaders[0].key, task].quantile(measure, SHARE)
+            names = ", ".join(c.title for c in leaders) if len(leaders) < len(each.contenders) - 1 else "nearly all"
+            tone = Tone.GOOD if all(c.proposed for c in leaders) else Tone.PLAIN
+            cells.append(Badge(text=f"{names} {_number(value)}", tone=tone))
+        rows.append(tuple(cells))
+    return tuple(rows)
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", " ")
 
 
 def each_title(found: Comparison, task: str) -> str:
@@ -117,6 +148,7 @@ def _arm_section(found: Comparison, pictures: Mapping[str, str]) -> Section:
             f"{held.current:.3g} A, {held.voltage:.3g} V, {held.power:.3g} W; {available}. La/Ra is "
             f"{1e3 * bench.electrical_time:.3g} ms against a sample of 1 ms. {_pick_up_note(bench)}"
         ),
+        Text(text=advice_text(bench.preset)),
         Picture(
             svg=pictures[f"{name}-animation"],
             caption="Reach, pick up, be pushed; the nominal plant, in real time. The dashed line is the angle wanted.",
@@ -215,25 +247,21 @@ def _method(found: Comparison) -> tuple[Block, ...]:
         Text(
             text="Every controller runs once a millisecond on the encoder's angle with noise of "
             f"{NOISE:g} codes; its voltage acts one sample later, limited by supply, battery and peak current. The "
-            f"paper's "
-            "state feedback alone also measures speed and current. The plant is the third-order arm with its drive in "
-            "Runge-Kutta steps; the winding's resistance stays what it is during a run."
+            "paper's state feedback alone also measures speed and current. The plant is the third-order arm with its "
+            "drive in Runge-Kutta steps; the gear driven back has an efficiency of its own; the winding's resistance "
+            "stays what it is during a run."
         ),
         Text(
             text=f"Proportional voltage and the velocity servo are driven by a person who sees the error "
-            f"{VISUAL_DELAY:g} s "
-            "late and knows the wanted speed and the nominal load by heart. Every controller starts from the nominal "
-            "arm "
-            "at rest; the plants differ from it: load 0.5 to 1.5 of the nominal one, resistance ±20 %, efficiency "
-            "0.85 to 1 "
-            "of its value, Coulomb friction up to 5 % of the gravity moment."
+            f"{VISUAL_DELAY:g} s late and knows the wanted speed and the nominal load by heart. Every controller "
+            "starts from the nominal arm at rest; the plants differ from it: load 0.5 to 1.5 of the nominal one, "
+            "resistance ±20 %, efficiency 0.85 to 1 of its value, Coulomb friction up to 5 % of the gravity moment."
         ),
         Text(
             text="Tuning: the same search on the same cost for all, RMS error + 10 · ripple + 10 · chatter over the "
-            "supply, "
-            "on plants that the comparison does not use; the numbers are data with the command that renews them. The "
-            "gear's "
-            "efficiency is taken the same in both directions, and a load is taken up at the hand's own speed."
+            "supply, on plants that the comparison does not use; the numbers are data with the command that renews "
+            "them. Where a number is a choice and not measured, the data file of the arms says so. A load is taken up "
+            "at the hand's own speed."
         ),
         Table(
             head=("task", "what happens"), rows=tuple((task.key.replace("_", " "), task.title) for task in found.tasks)
@@ -241,10 +269,11 @@ def _method(found: Comparison) -> tuple[Block, ...]:
     )
 
 
-def _proposed_wins(found: Sequence[Comparison]) -> tuple[int, int]:
-    winners = [each.best(task, measure, 0.95) for each in found for task, measure, _ in (*COLUMNS, *EFFORTS)]
-    decided = [winner for winner in winners if winner is not None]
-    return sum(winner.proposed for winner in decided), len(decided)
+def _tally(found: Sequence[Comparison]) -> tuple[int, int, int]:
+    """Measures led by proposed designs alone, by both kinds within `EQUAL`, and all that anybody leads."""
+    led = [each.leaders(task, measure, SHARE) for each in found for task, measure, _ in (*COLUMNS, *EFFORTS)]
+    decided = [{c.proposed for c in leaders} for leaders in led if leaders]
+    return sum(kinds == {True} for kinds in decided), sum(len(kinds) == 2 for kinds in decided), len(decided)
 
 
 def _number(value: float) -> str:
