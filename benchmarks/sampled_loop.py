@@ -134,9 +134,10 @@ def many_runs(
 def pulses(
     arm: ulna.System, loop: Sampled, folder: Path, initial: np.ndarray, carried: np.ndarray, rounds: int
 ) -> None:
-    """A bridge at 20 kHz, every pulse integrated."""
+    """A bridge at 20 kHz: every pulse integrated, or second-order averaging."""
     switched = replace(loop, drive=Pwm(frequency=CARRIERS / PERIOD, supply=24.0, switched=True))
     midpoint = replace(switched, plant_order=2)
+    averaged = replace(loop, drive=Pwm(frequency=CARRIERS / PERIOD, supply=24.0, ripple=True))
     alone = compiled_c(folder, 1, CARRIERS)
     record, final, peak, one = np.zeros((SAMPLES + 1, 4)), np.zeros((1, 3)), np.zeros(1), np.ones(1)
     seconds = interleaved(
@@ -144,32 +145,26 @@ def pulses(
             "C, one run": lambda: alone(np.ones(1), one, one, SAMPLES, final, peak, record.ctypes.data),
             "ulna.simulate": lambda: simulate(arm, START, END, time=switched),
             "ulna.simulate, plant_order=2": lambda: simulate(arm, START, END, time=midpoint),
+            "ulna.simulate, ripple averaged": lambda: simulate(arm, START, END, time=averaged),
         },
         rounds,
     )
     tight = simulate(arm, START, END, time=replace(switched, plant_steps=8))
     errors = {}
-    for name, settings in (("ulna.simulate", switched), ("ulna.simulate, plant_order=2", midpoint)):
+    contenders = {"": switched, ", plant_order=2": midpoint, ", ripple averaged": averaged}
+    for name, settings in contenders.items():
         run = simulate(arm, START, END, time=settings)
-        errors[name] = until_flip(run["y_measured"], tight["y_measured"], run.states, tight.states)
+        errors[f"ulna.simulate{name}"] = until_flip(run["y_measured"], tight["y_measured"], run.states, tight.states)
     errors["C, one run"] = until_flip(record[:, 3], tight["y_measured"], record[:, :3], tight.states)
     shown("one run, 20 kHz pulses", seconds, 1, errors)
-    values = {"m2": carried}
-    seconds = interleaved(
-        {
-            f"C, {LANES} runs side by side, one core": side_by_side(
-                compiled_c(folder, LANES, CARRIERS), initial, carried
-            ),
-            "run_ensemble, one core": lambda: run_ensemble(
-                arm, initial, END, time=switched, parameters=values, threads=1
-            ),
-            "run_ensemble, one core, plant_order=2": lambda: run_ensemble(
-                arm, initial, END, time=midpoint, parameters=values, threads=1
-            ),
-        },
-        max(2, rounds // 4),
-    )
-    shown(f"{len(initial)} runs, 20 kHz pulses", seconds, len(initial), {})
+
+    def together(settings: Sampled) -> Callable[[], Any]:
+        return lambda: run_ensemble(arm, initial, END, time=settings, parameters={"m2": carried}, threads=1)
+
+    tasks = {f"C, {LANES} runs side by side": side_by_side(compiled_c(folder, LANES, CARRIERS), initial, carried)}
+    tasks |= {f"run_ensemble{name}": together(settings) for name, settings in contenders.items()}
+    seconds = interleaved(tasks, max(2, rounds // 4))
+    shown(f"{len(initial)} runs, 20 kHz pulses, one core", seconds, len(initial), {})
 
 
 def main() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from ulna.sim import Pwm, Sampled, simulate
+from ulna.sim import Jitter, Pwm, Quantiser, Sampled, run_ensemble, simulate
 from ulna.system import System, system_from_mapping
 
 
@@ -26,11 +26,9 @@ PASS = _system("pass", inputs={"r": {}}, outputs={"u": "r"})
 
 @pytest.mark.parametrize(("command", "mean"), [(6.0, 12 * 0.95 * 0.48), (-20.0, -12 * 0.9 * 0.98), (0.1, 0.0)])
 def test_a_bridge_gives_pulses_with_the_mean_that_the_formula_says(command: float, mean: float) -> None:
-    bridge = {"frequency": 1000.0, "supply": 12.0, "dead_time": 2e-5, "sag": 0.1}
     for switched in (False, True):
-        settings = Sampled(
-            controller=PASS, period=0.01, drive=Pwm(**bridge, switched=switched), references={"r": command}
-        )
+        drive = Pwm(frequency=1000.0, supply=12.0, dead_time=2e-5, sag=0.1, switched=switched)
+        settings = Sampled(controller=PASS, period=0.01, drive=drive, references={"r": command})
         run = simulate(INTEGRATOR, [0.0], 0.1, time=settings)
         assert run.final_state[0] == pytest.approx(0.1 * mean, abs=1e-12)
 
@@ -99,3 +97,44 @@ def test_pulses_are_integrated_with_the_order_and_steps_asked_for(order: int, st
         for count in (steps, 2 * steps)
     ]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.3)
+
+
+NONLINEAR = _system(
+    "nonlinear",
+    states={"a": "-20*a + u - 5*b", "b": "a - 3*sin(b) + v"},
+    inputs={"u": {}, "v": {}},
+    outputs={"y": "b"},
+)
+FEEDBACK = _system("feedback", inputs={"y": {}}, outputs={"u": "6 - 5*y", "v": "-4*y - 1"})
+
+
+def _bridged(kind: str, frequency: float, **settings: object) -> Sampled:
+    drive = {
+        "u": Pwm(frequency=frequency, supply=12.0, switched=kind == "switched", ripple=kind == "ripple"),
+        "v": Pwm(frequency=frequency, supply=6.0, sag=0.1, switched=kind == "switched", ripple=kind == "ripple"),
+    }
+    return Sampled(controller=FEEDBACK, period=0.02, drive=drive, **settings)  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.parametrize(("kind", "order"), [("ripple", 2), ("mean", 1)])
+# A whole number of carriers: pulses change at the start of one, and a rounded delay would be an error of its own.
+@pytest.mark.parametrize("delay", [0.0, 0.01])
+def test_the_ripple_is_right_to_second_order_and_the_mean_to_first(kind: str, order: int, delay: float) -> None:
+    errors = []
+    for frequency in (400.0, 800.0):
+        every = simulate(NONLINEAR, [0.1, 0.2], 1.0, time=_bridged("switched", frequency, delay=delay, plant_steps=4))
+        # Steps enough that only the averaging is seen.
+        fast = simulate(NONLINEAR, [0.1, 0.2], 1.0, time=_bridged(kind, frequency, delay=delay, plant_steps=8))
+        errors.append(np.abs(every.states - fast.states).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.25)
+    assert errors[1] < (1e-4 if kind == "ripple" else 1e-2)
+
+
+@pytest.mark.parametrize("kind", ["switched", "ripple"])
+def test_pulses_have_the_same_bits_alone_and_among_others(kind: str) -> None:
+    settings = _bridged(kind, 500.0, delay=0.009, sensors=Quantiser(step=1e-3), jitter=Jitter(width=0.004))
+    initial = np.random.default_rng(4).uniform(-1.0, 1.0, (43, 2))
+    many = run_ensemble(NONLINEAR, initial, 1.0, time=settings, threads=2)
+    for k in (0, 21, 42):
+        one = simulate(NONLINEAR, initial[k], 1.0, time=replace(settings, seed=k))
+        assert np.array_equal(one.final_state, many.final_state[k])

@@ -23,10 +23,11 @@ class Layout:
     Attributes:
         wiring: kernels and names.
         discretisation: of the controller.
-        plant_steps: per stretch of constant input. plant_order: of the steps.
+        plant_steps: per stretch of constant input. plant_order: of the steps. rippled: pulses are averaged to second
+            order.
         whole_delay: periods. split: whether the input changes within the period.
         saturated, slewed: per driven input. quantised, noisy: per measured value. bridged: per driven input.
-        switched: per driven input, its pulses are integrated.
+        switched: per driven input, the plant gets pulses.
         frozen: places in the memory of integrals under anti-windup.
         end_stops: walls. jittered, missing: of the clock. ramps: other inputs that change within a period.
     """
@@ -43,6 +44,7 @@ class Layout:
     noisy: tuple[bool, ...]
     bridged: tuple[bool, ...]
     switched: tuple[bool, ...]
+    rippled: bool
     frozen: tuple[int, ...]
     end_stops: tuple[EndStopPlace, ...]
     jittered: bool
@@ -56,7 +58,7 @@ class Layout:
 
     @property
     def pulsed(self) -> bool:
-        """Whether the pulses of an input are integrated."""
+        """Whether the plant gets the pulses of an input."""
         return any(self.switched)
 
     @property

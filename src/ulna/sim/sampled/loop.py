@@ -195,7 +195,8 @@ def _layout(plant: System, settings: Sampled, wiring: Wiring, ramps: bool) -> tu
         quantised=tuple(each is not None for each in sensors),
         noisy=tuple(each is not None for each in noises),
         bridged=tuple(each is not None for each in bridges),
-        switched=tuple(each is not None and each.switched for each in bridges),
+        switched=tuple(each is not None and each.pulsed for each in bridges),
+        rippled=any(each is not None and each.ripple for each in bridges),
         frozen=_frozen(settings, wiring),
         end_stops=_walls(plant, settings),
         jittered=settings.jitter is not None,
@@ -221,20 +222,22 @@ def _each(
 
 
 def _carriers(settings: Sampled, bridges: tuple[Pwm | None, ...]) -> int:
-    """Carrier periods of a sampling period where pulses are integrated, else 0."""
-    frequencies = sorted({bridge.frequency for bridge in bridges if bridge is not None and bridge.switched})
-    if not frequencies:
+    """Carrier periods of a sampling period where the plant gets pulses, else 0."""
+    pulsed = [bridge for bridge in bridges if bridge is not None and bridge.pulsed]
+    if not pulsed:
         return 0
-    if len(frequencies) > 1:
+    frequencies = sorted({bridge.frequency for bridge in pulsed})
+    if len(frequencies) > 1 or len({bridge.ripple for bridge in pulsed}) > 1:
         raise SimulationError(
-            "Pwm(switched=True)",
-            f"the bridges have different carriers: {', '.join(f'{each:g} Hz' for each in frequencies)}.",
-            "Pulses need one carrier for all; give the others their mean.",
+            "bridges with pulses",
+            f"they have different carriers ({', '.join(f'{each:g} Hz' for each in frequencies)}), or one is switched "
+            "and another has ripple.",
+            "Give all of them the same, or some only their mean.",
         )
     count = frequencies[0] * settings.period
     if round(count) < 1 or abs(count - round(count)) > 1e-6 * count:
         raise SimulationError(
-            f"Pwm(frequency={frequencies[0]:g}, switched=True)",
+            f"Pwm(frequency={frequencies[0]:g}) with pulses",
             f"a period of {settings.period:g} s has {count:g} carrier periods.",
             "Make it a whole number.",
         )

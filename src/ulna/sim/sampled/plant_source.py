@@ -18,7 +18,7 @@ def write_period(w: LoopWriter) -> None:
         _write_effort(w)
         if inline:
             for length, inputs in names:
-                _write_step(w, length, [f"{inputs}{k}" for k in driven])
+                _write_step(w, length, [("", [f"{inputs}{k}" for k in driven])])
             _write_check(w)
     if inline:
         return
@@ -62,32 +62,80 @@ def _write_effort(w: LoopWriter) -> None:
 
 
 Stretch = tuple[str, list[str]]
-"""Slots of a length and of the inputs over it."""
+"""Slots of a length, or of a part of a carrier's period, and of the inputs over it."""
 
 
 def _write_pulses(w: LoopWriter, phases: list[str]) -> None:
-    """Carrier periods, each cut at the ends of its pulses; the bridge takes a new command at the start of one."""
+    """Carrier periods cut at the ends of their pulses; the bridge takes a new command at the start of one."""
     layout = w.layout
     driven = range(len(layout.wiring.driven))
-    pulsed = [k for k in driven if layout.switched[k]]
-    stretches = [(f"length{i}", [f"pulse{i}_{k}" for k in driven]) for i in range(len(pulsed) + 1)]
+    count = sum(layout.switched) + 1
+    stretches = [(f"part{i}", [f"pulse{i}_{k}" for k in driven]) for i in range(count)]
     edges = ["0", f"int({w.setting('old_carriers')})"] if layout.split else ["0"]
     for first, last, inputs in zip(edges, [*edges[1:], f"int({w.setting('carriers')})"], phases, strict=True):
+        if layout.rippled:
+            w.line(f"periods = float({last} - {first})")
+            with w.runs():
+                _write_stretches(w, inputs)
+                carrier = w.new(f"{w.load('span')} / {w.setting('carriers')}")
+                w.store("late", f"{carrier} * periods / {float(layout.plant_steps)}")
+                w.store("carrier", f"{carrier} if periods > 0.0 else 0.0")
+                _write_shift(w, stretches, back=False)
+            with w.block(f"for j in range({layout.plant_steps}):"), w.runs():
+                _write_step(w, "late", stretches)
+            with w.runs():
+                _write_shift(w, stretches, back=True)
+            continue
         with w.runs():
-            given = [w.load(f"{inputs}{k}") for k in driven]
-            pulses = {k: pulse(w, k, given[k]) for k in pulsed}
-            ends = _sorted(w, [part for _, part in pulses.values()])
+            _write_stretches(w, inputs)
             length = w.new(f"{w.load('span')} / ({w.setting('carriers')} * {float(layout.plant_steps)})")
-            for i, (begin, end) in enumerate(zip(["0.0", *ends], [*ends, "1.0"], strict=True)):
-                w.store(f"length{i}", f"{length} * ({end} - {begin})")
-                for k in driven:
-                    value = given[k]
-                    if k in pulses:
-                        height, part = pulses[k]
-                        value = w.new(f"{height} if {part} >= {end} else 0.0")
-                    w.store(f"pulse{i}_{k}", value)
+            for i in range(count):
+                w.store(f"length{i}", f"{length} * {w.load(f'part{i}')}")
         with w.block(f"for c in range({first}, {last}):"):
-            _write_steps(w, stretches)
+            _write_steps(w, [(f"length{i}", stretch[1]) for i, stretch in enumerate(stretches)])
+
+
+def _write_stretches(w: LoopWriter, inputs: str) -> None:
+    """Parts of a carrier's period between the ends of pulses, and every input over each of them."""
+    driven = range(len(w.layout.wiring.driven))
+    given = [w.load(f"{inputs}{k}") for k in driven]
+    pulses = {k: pulse(w, k, given[k]) for k in driven if w.layout.switched[k]}
+    ends = _sorted(w, [part for _, part in pulses.values()])
+    for i, (begin, end) in enumerate(zip(["0.0", *ends], [*ends, "1.0"], strict=True)):
+        w.store(f"part{i}", f"{end} - {begin}")
+        for k in driven:
+            value = given[k]
+            if k in pulses:
+                height, part = pulses[k]
+                value = w.new(f"{height} if {part} >= {end} else 0.0")
+            w.store(f"pulse{i}_{k}", value)
+
+
+def _write_shift(w: LoopWriter, stretches: list[Stretch], *, back: bool) -> None:
+    """From the state at the start of a carrier's period to the one without ripple, v = x + T m(v), or back.
+
+    T m is the mean over the period of the integral of f − mean(f), which begins at 0 with the period.
+    """
+    x, carrier = w.loads("x", w.layout.states), w.load("carrier")
+    parts = [w.load(name) for name, _ in stretches]
+
+    def ripple(at: list[str]) -> list[str]:
+        rows = [_rates(w, at, w.load("now"), inputs) for _, inputs in stretches]
+        areas = []
+        for mean, *values in zip(_mean(w, parts, rows), *rows, strict=True):
+            height, area = "0.0", "0.0"
+            for part, value in zip(parts, values, strict=True):
+                rise = w.new(f"{part} * ({value} - {mean})")
+                area = w.new(f"fused({part}, fused(0.5, {rise}, {height}), {area})")
+                height = w.new(f"{height} + {rise}")
+            areas.append(area)
+        return areas
+
+    first = ripple(x)
+    # One iteration: without it the way there and back would leave a trace of second order at every sample.
+    x_new = moved(w, x, f"-{carrier}", first) if back else moved(w, x, carrier, ripple(moved(w, x, carrier, first)))
+    for k, value in enumerate(x_new):
+        w.store(f"x{k}", value)
 
 
 def _sorted(w: LoopWriter, values: list[str]) -> list[str]:
@@ -107,38 +155,28 @@ def _write_steps(w: LoopWriter, stretches: list[Stretch]) -> None:
     if w.layout.plant_steps == 1:
         with w.runs():
             for length, inputs in stretches:
-                _write_step(w, length, inputs)
+                _write_step(w, length, [("", inputs)])
         return
     for length, inputs in stretches:
         with w.block(f"for j in range({w.layout.plant_steps}):"), w.runs():
-            _write_step(w, length, inputs)
+            _write_step(w, length, [("", inputs)])
 
 
-def _write_step(w: LoopWriter, length: str, inputs: list[str]) -> None:
-    """One Runge-Kutta step with the input held, then the walls."""
-    layout, wiring = w.layout, w.layout.wiring
-    kernel = outputs_of(wiring.plant.main, "x'")
+def _write_step(w: LoopWriter, length: str, fields: list[Stretch]) -> None:
+    """One Runge-Kutta step with the input held, or with the mean over parts of a period, then the walls."""
     h = w.load(length)
     half = w.new(f"0.5 * {h}")
-    x, u = w.loads("x", layout.states), [w.load(name) for name in inputs]
-    p = w.loads("p", len(wiring.plant.before.outputs))
     now = w.load("now")
-    begun = w.load("time") if layout.jittered else "time"
     times = [now, w.new(f"{now} + {half}"), w.new(f"{now} + {h}")]
-    own = w.loads("d", len(wiring.others))
-    d = []
-    for time in times:
-        row = [w.new(f"other{k} + {text}") for k, text in enumerate(own)]
-        if layout.ramps:
-            row = [w.new(f"{text} + slope{k} * ({time} - {begun})") for k, text in enumerate(row)]
-        d.append(row)
+    x = w.loads("x", w.layout.states)
 
     def rates(at: list[str], stage: int) -> list[str]:
-        return w.kernel(kernel, plant_names(at, u, d[stage], times[stage], p))
+        rows = [_rates(w, at, times[stage], inputs) for _, inputs in fields]
+        return rows[0] if len(rows) == 1 else _mean(w, [w.load(part) for part, _ in fields], rows)
 
     k1 = rates(x, 0)
     k2 = rates(moved(w, x, half, k1), 1)
-    if layout.plant_order == 2:
+    if w.layout.plant_order == 2:
         x_new = moved(w, x, h, k2)
     else:
         k3 = rates(moved(w, x, half, k2), 1)
@@ -148,6 +186,26 @@ def _write_step(w: LoopWriter, length: str, inputs: list[str]) -> None:
     for k, value in enumerate(x_new):
         w.store(f"x{k}", value)
     w.store("now", times[2])
+
+
+def _rates(w: LoopWriter, x: list[str], time: str, inputs: list[str]) -> list[str]:
+    """x' of the plant; `inputs` are slots."""
+    layout, wiring = w.layout, w.layout.wiring
+    begun = w.load("time") if layout.jittered else "time"
+    d = [w.new(f"other{k} + {text}") for k, text in enumerate(w.loads("d", len(wiring.others)))]
+    if layout.ramps:
+        d = [w.new(f"{text} + slope{k} * ({time} - {begun})") for k, text in enumerate(d)]
+    u = [w.load(name) for name in inputs]
+    p = w.loads("p", len(wiring.plant.before.outputs))
+    return w.kernel(outputs_of(wiring.plant.main, "x'"), plant_names(x, u, d, time, p))
+
+
+def _mean(w: LoopWriter, parts: list[str], rows: list[list[str]]) -> list[str]:
+    """The sum of the rows, each times its part."""
+    total = ["0.0"] * len(rows[0])
+    for part, row in zip(parts, rows, strict=True):
+        total = [w.new(f"fused({part}, {value}, {before})") for value, before in zip(row, total, strict=True)]
+    return total
 
 
 def _write_walls(w: LoopWriter, x: list[str]) -> None:
