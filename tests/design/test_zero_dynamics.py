@@ -133,3 +133,20 @@ def test_an_output_that_cannot_be_zero_is_held_where_the_point_has_it() -> None:
     assert found.verdict.holds
     assert found.set_point == (sp.Rational(6, 5),)
     assert minimum_phase(found).stability == "exponential"
+
+
+@pytest.mark.parametrize("output", ["cos(x1)", "x1*sin(x1)"])
+def test_an_output_flat_at_the_point_is_held_by_staying_there(output: str) -> None:
+    system = system_from_mapping(
+        {
+            "format": 1,
+            "name": "pendulum",
+            "states": {"x1": "x2", "x2": "u - sin(x1)"},
+            "inputs": {"u": {}},
+            "outputs": {"y": output},
+        }
+    )
+    found = zero_dynamics(system)
+    assert found.verdict.holds
+    assert set(found.manifold.values()) == {0}
+    assert found.dimension == 0

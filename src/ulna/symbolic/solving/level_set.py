@@ -149,10 +149,26 @@ def _simplest(
     for group in sorted(factors, key=lambda g: sum(sp.count_ops(one) for one in g)):
         for one in group:
             for unknown in unknowns:
-                found = _by_solve(one, unknown, point)
+                found = _by_solve(one, unknown, point) or _isolated_zero(one, unknown, unknowns, point)
                 if found is not None:
                     return found
     return None
+
+
+def _isolated_zero(
+    equation: sp.Expr, unknown: sp.Symbol, unknowns: Sequence[sp.Symbol], point: Mapping[sp.Symbol, sp.Expr]
+) -> _Candidate | None:
+    """The point's own value where the equation holds no other unknown: zeros of an analytic function lie apart.
+
+    This takes in multiple zeros such as that of cos(x) − 1, at which no slope tells the branch.
+    """
+    value = point[unknown]
+    if equation.free_symbols & set(unknowns) != {unknown}:
+        return None
+    there = equation.xreplace({unknown: value})
+    if there.has(sp.nan, sp.zoo, sp.oo) or not is_zero(there, test=_QUICK).holds:
+        return None
+    return _Candidate(cost=(2, 0, 0), unknown=unknown, value=value)
 
 
 def _linear(
