@@ -129,6 +129,9 @@ def _factors(equation: sp.Expr, unknowns: Sequence[sp.Symbol], point: Mapping[sp
     if not parts:
         raise _UnsolvableError(Verdict.refuted(claim, empty=f"{equation} = 0 has no solution"))
     active = [one for one in parts if vanishes_at(one, point)]
+    held = [one.free_symbols & set(unknowns) for one in active]
+    if len(active) > 1 and all(symbols == held[0] and len(symbols) == 1 for symbols in held):
+        return active[:1]  # zeros of functions of one unknown lie apart: near the point they are the same one
     if len(active) > 1:
         return []  # several branches meet here; other equations may settle which
     return active or [one for one in parts if not isinstance(one, sp.exp)] or parts
