@@ -161,3 +161,30 @@ def test_an_inverse_through_a_flat_point_is_real_on_every_side_where_it_can_be(p
     assert found.expressions is not None
     back = [found.expressions[1].subs(z2, t**power) for t in (sp.Rational(1, 8), -sp.Rational(1, 8))]
     assert [t == b for t, b in zip((sp.Rational(1, 8), -sp.Rational(1, 8)), back, strict=True)] == [True, sides == 2]
+
+
+@pytest.mark.parametrize(("first", "second"), [(sp.Integer(0), sp.pi / 2), (sp.Integer(2), sp.Rational(-1, 2))])
+def test_the_angles_of_two_links_follow_from_the_place_of_their_end(first: sp.Expr, second: sp.Expr) -> None:
+    a, b, k, m, y1, y2 = sp.symbols("a b k m y1 y2", real=True)
+    place = [k * sp.cos(a) + m * sp.cos(a + b), k * sp.sin(a) + m * sp.sin(a + b)]
+    found = invert_map(place, (a, b), (y1, y2), near={a: first, b: second}, seconds=8)
+    assert found.expressions is not None
+    angles = {a: first + sp.Rational(1, 50), b: second - sp.Rational(1, 40), k: sp.Integer(2), m: sp.Rational(3, 2)}
+    seen = {y: e.subs(angles) for y, e in zip((y1, y2), place, strict=True)} | {k: angles[k], m: angles[m]}
+    for angle, expression in zip((a, b), found.expressions, strict=True):
+        assert abs(sp.N(expression.subs(seen) - angles[angle], 30)) < 1e-25
+
+
+def test_blocks_of_linear_equations_are_solved_one_after_the_other() -> None:
+    q, r, s, t, z1, z2, z3, z4, z5 = sp.symbols("q r s t z1 z2 z3 z4 z5", real=True)
+    p = sp.Symbol("p", real=True)
+    mass = 3 - sp.cos(p) ** 2
+    forward = [p, (2 * q - sp.cos(p) * r) / mass, (r - sp.cos(p) * q) / mass, s + q * t, t - r * s + q**2]
+    found = invert_map(
+        forward, (p, q, r, s, t), (z1, z2, z3, z4, z5), near=dict.fromkeys((p, q, r, s, t), sp.Integer(0))
+    )
+    assert found.expressions is not None
+    back = dict(zip((z1, z2, z3, z4, z5), forward, strict=True))
+    at = {p: sp.Rational(1, 7), q: sp.Rational(1, 5), r: sp.Rational(-1, 9), s: sp.Rational(1, 3), t: sp.Rational(2, 7)}
+    for x, expression in zip((p, q, r, s, t), found.expressions, strict=True):
+        assert abs(sp.N(expression.subs(back).subs(at) - at[x], 30)) < 1e-25

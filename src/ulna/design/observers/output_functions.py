@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from time import thread_time
 
 import sympy as sp
 
 from ulna.base.verdict import Verdict, all_of
 from ulna.geometry.lie import lie_derivative
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.budget import PATIENCE, attempt
 from ulna.symbolic.exact.linear import nullspace
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.simplify import tidy
@@ -23,6 +24,9 @@ from ulna.system.operating_point import operating_point
 
 _FREE_VALUES = (sp.Integer(0), sp.Integer(1), sp.Rational(3, 7), sp.Rational(-5, 11), sp.Integer(2))
 _SECTIONS = 8
+_SOLVE_SECONDS = 1.5
+_LIFT_SECONDS = 2.5
+"""s for all sections together; outputs that cannot be solved for states are seldom of use."""
 _SAMPLED = SampledZero(seconds=0)
 
 
@@ -106,6 +110,7 @@ def _plain(lift: Mapping[sp.Symbol, sp.Expr]) -> bool:
 def _lifts(view: ControlAffine, y: Sequence[sp.Symbol]) -> Iterator[Mapping[sp.Symbol, sp.Expr]]:
     point = operating_point(view.system).states
     found = 0
+    end = thread_time() + _LIFT_SECONDS * PATIENCE
     for pivots in _pivot_sets(view):
         free = [x for x in view.x if x not in pivots]
         for number in range(-1, len(_FREE_VALUES)):
@@ -113,11 +118,11 @@ def _lifts(view: ControlAffine, y: Sequence[sp.Symbol]) -> Iterator[Mapping[sp.S
                 fixed = {x: point[x] for x in free}
             else:
                 fixed = {x: _FREE_VALUES[(number + k) % len(_FREE_VALUES)] for k, x in enumerate(free)}
-            lift = _solved(view, y, pivots, fixed, point)
+            lift = _solved(view, y, pivots, fixed, point, min(_SOLVE_SECONDS, end - thread_time()))
             if lift is not None:
                 yield lift
                 found += 1
-            if found >= _SECTIONS:
+            if found >= _SECTIONS or thread_time() > end:
                 return
 
 
@@ -146,6 +151,7 @@ def _solved(
     pivots: Sequence[sp.Symbol],
     fixed: Mapping[sp.Symbol, sp.Expr],
     point: Mapping[sp.Symbol, sp.Expr],
+    seconds: float,
 ) -> dict[sp.Symbol, sp.Expr] | None:
     outputs = [h.subs(dict(fixed)) for h in view.h]
     if any(h.has(sp.nan, sp.zoo, sp.oo) for h in outputs):
@@ -155,7 +161,7 @@ def _solved(
     # Fresh symbols: an output may bear a state's name.
     names = [sp.Symbol(f"{s.name}_level", real=True) for s in y]
     near = {x: point[x] for x in pivots}
-    branch = invert_map(outputs, list(pivots), names, near=near, seconds=1.5).expressions
+    branch = invert_map(outputs, list(pivots), names, near=near, seconds=seconds).expressions
     if branch is None:
         return None
     rename = dict(zip(names, y, strict=True))

@@ -17,10 +17,13 @@ from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.sample import SEED, random_points
 from ulna.symbolic.exact.simplify import shortened, tidy
+from ulna.symbolic.exact.zero import SampledZero
 from ulna.symbolic.solving.algebraic import algebraic
 from ulna.symbolic.solving.branch import on_branch, real_odd_roots
 from ulna.symbolic.solving.inverse_check import InversionTask, comes_back, verified
-from ulna.symbolic.solving.isolate import Base, Isolated, linear_in, number_at, peeled, solved_branches
+from ulna.symbolic.solving.isolate import Base, Isolated, harmonic, linear_in, number_at, peeled, solved_branches
+
+_SAMPLED = SampledZero(points=2, seconds=0)
 
 _WIDTH = 3
 """Ways followed at each step of the elimination."""
@@ -156,19 +159,19 @@ def _eliminated(state: _State, task: InversionTask) -> Iterator[_State]:
     if not state.unknowns:
         yield state
         return
-    jointly = _all_linear(state)
-    if jointly is not None:
-        yield jointly
+    smaller = _linear_block(state, task)
+    if smaller is not None:
+        yield from _eliminated(smaller, task)
         return
     state = _with_fewer_unknowns(state, task)
     for unknown, place, isolated in islice(_moves(state, task), _WIDTH):
         rest = [one for k, one in enumerate(state.equations) if k != place]
-        substituted = tuple(
-            shortened(on_branch(one.xreplace({unknown: isolated.expression}), task.base)) for one in rest
-        )
+        substituted = [one.xreplace({unknown: isolated.expression}) for one in rest]
+        if not isolated.expression.is_Symbol:
+            substituted = [shortened(on_branch(one, task.base)) for one in substituted]
         yield from _eliminated(
             _State(
-                equations=substituted,
+                equations=tuple(substituted),
                 unknowns=tuple(x for x in state.unknowns if x != unknown),
                 steps=(*state.steps, (unknown, isolated.expression)),
                 nonzero=state.nonzero + isolated.nonzero,
@@ -207,7 +210,10 @@ def _fewer(
     right_other, left_other = other.as_independent(*state.unknowns, as_Add=True)
     if right == 0 or right_other == 0:
         return None
-    short = tidy(combine(left, left_other), seconds=0.3)
+    combined = combine(left, left_other)
+    if not any(_SAMPLED(combined.diff(x)).holds for x in _unknowns(state, combined)):
+        return None
+    short = tidy(combined, seconds=0.3)
     if not short.has(*state.unknowns) or len(_unknowns(state, short)) >= len(_unknowns(state, one)):
         return None
     derived = short - combine(-right, -right_other)
@@ -226,33 +232,45 @@ def _unknowns(state: _State, expression: sp.Expr) -> frozenset[sp.Symbol]:
     return frozenset(x for x in state.unknowns if expression.has(x))
 
 
-def _all_linear(state: _State) -> _State | None:
-    """The solution when all equations are linear in all unknowns and each couples several of them.
+def _linear_block(state: _State, task: InversionTask) -> _State | None:
+    """The state with a block of unknowns solved for: as many equations as unknowns, linear in them, without others.
 
-    One that holds a single unknown is better solved by itself: the exact field in which the others are solved
-    together would write cos(3θ) as a polynomial in cos(θ).
+    The smallest block is taken. An equation that holds a single unknown is better solved by itself: the exact field in
+    which several are solved together would write cos(3θ) as a polynomial in cos(θ).
     """
-    if any(len(_unknowns(state, one)) < 2 for one in state.equations):
-        return None
-    matrix = sp.Matrix(state.equations).jacobian(list(state.unknowns))
-    if len(state.unknowns) < 2 or matrix.has(*state.unknowns):
-        return None
-    right = -sp.Matrix(state.equations).xreplace(dict.fromkeys(state.unknowns, sp.S.Zero))
-    found = solve_linear(matrix, right)
-    if found.solution is None:
-        return None
-    nonzero = () if found.determinant.is_number else (found.determinant,)
-    return _State(
-        equations=(),
-        unknowns=(),
-        steps=(*state.steps, *zip(state.unknowns, found.solution, strict=True)),
-        nonzero=state.nonzero + nonzero,
-        positive=state.positive,
-    )
+    own = [_unknowns(state, one) for one in state.equations]
+    for block in sorted({u for u in own if len(u) > 1}, key=lambda u: (len(u), sorted(map(str, u)))):
+        places = [k for k, unknowns in enumerate(own) if unknowns <= block]
+        unknowns = [x for x in state.unknowns if x in block]
+        if len(places) != len(unknowns) or any(len(own[k]) < 2 for k in places):
+            continue
+        equations = sp.Matrix([state.equations[k] for k in places])
+        matrix = equations.jacobian(unknowns)
+        if matrix.has(*unknowns):
+            continue
+        found = solve_linear(matrix, -equations.xreplace(dict.fromkeys(unknowns, sp.S.Zero)))
+        if found.solution is None:
+            continue
+        solved = dict(zip(unknowns, found.solution, strict=True))
+        rest = [one for k, one in enumerate(state.equations) if k not in places]
+        return _State(
+            equations=tuple(shortened(on_branch(one.xreplace(solved), task.base)) for one in rest),
+            unknowns=tuple(x for x in state.unknowns if x not in block),
+            steps=(*state.steps, *solved.items()),
+            nonzero=state.nonzero + (() if found.determinant.is_number else (found.determinant,)),
+            positive=state.positive,
+        )
+    return None
 
 
 def _moves(state: _State, task: InversionTask) -> Iterator[tuple[sp.Symbol, int, Isolated]]:
     """Unknown, equation and solution; equations with few unknowns and linear ones first."""
+    for place, equation in enumerate(state.equations):
+        for unknown in _unknowns(state, equation) if len(_unknowns(state, equation)) == 1 else ():
+            alone = linear_in(equation, unknown)
+            if alone is not None:
+                yield unknown, place, alone
+                return
     pairs = [
         (place, unknown)
         for place, equation in enumerate(state.equations)
@@ -280,7 +298,8 @@ def _moves(state: _State, task: InversionTask) -> Iterator[tuple[sp.Symbol, int,
     later.sort(key=lambda pair: others[pair])
     hard: list[tuple[int, sp.Symbol]] = []
     for place, unknown in later:
-        isolated = algebraic(state.equations[place], unknown, task.base)
+        equation = state.equations[place]
+        isolated = algebraic(equation, unknown, task.base) or harmonic(equation, unknown, task.base)
         if isolated is None:
             hard.append((place, unknown))
         else:

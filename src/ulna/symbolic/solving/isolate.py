@@ -219,6 +219,35 @@ _LAYERS: dict[type, Callable[[sp.Expr, float], Isolated | None]] = {
 }
 
 
+def harmonic(expression: sp.Expr, unknown: sp.Symbol, base: Base) -> Isolated | None:
+    """The solution of A cos x + B sin x + C = 0 on the branch of the base point, as in an arm's inverse kinematics.
+
+    x = ±acos(−C/r) + an angle of (A, B), r² = A² + B², both angles on the branch of the point; sums of angles are
+    written out first.
+    """
+    expanded = sp.expand(sp.expand_trig(expression))
+    cosine, sine = sp.cos(unknown), sp.sin(unknown)
+    A, B = expanded.coeff(cosine), expanded.coeff(sine)
+    C = sp.expand(expanded - A * cosine - B * sine)
+    if A == 0 or B == 0 or any(part.has(unknown) for part in (A, B, C)):
+        return None
+    a, b, at = (number_at(part, base) for part in (A, B, unknown))
+    if not math.isfinite(a * b * at) or abs(a) < _EDGE:
+        return None
+    shift = math.atan(b / a) + (math.pi if a < 0 else 0.0)
+    swing = _acos(-C / _root_of_sum(A, B), at - shift)
+    if swing is None:
+        return None
+    angle = swing.expression + sp.atan(B / A) + (sp.pi if a < 0 else 0)
+    return Isolated(expression=angle, nonzero=(A,), positive=swing.positive)
+
+
+def _root_of_sum(A: sp.Expr, B: sp.Expr) -> sp.Expr:
+    squares = A**2 + B**2
+    short = attempt_exactly(0.3, "sum of squares", normal_form, squares).value
+    return sp.sqrt(squares if short is None or short.has(sp.sign) else short)
+
+
 def solved_branches(expression: sp.Expr, unknown: sp.Symbol, base: Base, *, seconds: float) -> Iterator[Isolated]:
     """Those of SymPy's solutions of expression = 0 that go through the base point."""
     found = attempt(seconds, "solve", sp.solve, expression, unknown)
