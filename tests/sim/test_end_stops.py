@@ -7,15 +7,18 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
-from event_plants import BALL, FREE, GRID, k, stop, system, times, v, x
+from event_plants import BALL, FREE, GRID, k, stop, system, times, u, v, x
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from ulna.sim import (
     TIME,
+    Continuous,
     Crossing,
+    EndStop,
     EventKind,
     Held,
+    Saturation,
     simulate,
 )
 
@@ -41,6 +44,35 @@ def test_a_ball_comes_to_rest_when_its_last_bounce_is_over() -> None:
     exact = math.sqrt(2 / G) * (1 + 2 * 0.5 / (1 - 0.5))
     assert rest == pytest.approx(exact, abs=2e-9 * 5.0)
     assert not run.states[exact < GRID].any()
+
+
+@pytest.mark.parametrize("floor", [0.738, -12.3])
+def test_a_floor_that_is_not_at_zero_lets_no_ball_through(floor: float) -> None:
+    run = simulate(BALL, (1.0 + floor, 0.0), GRID, time=stop(lower=floor, restitution=0.06))
+    exact = math.sqrt(2 / G) * (1 + 2 * 0.06 / (1 - 0.06))
+    (rest,) = times(run, EventKind.END_STOP_ENTERED)
+    assert rest == pytest.approx(exact, abs=1e-6)
+    assert np.array_equal(run.final_state, [floor, 0.0])
+    assert run["x"].min() == floor
+
+
+def test_positions_stay_between_their_stops_whatever_pushes_them() -> None:
+    random = np.random.default_rng(1)
+    pushed = system({"x": v, "v": u - k * sp.sin(x)}, inputs="u", k=1)
+    for _ in range(12):
+        low, high = -random.uniform(0.01, 2), random.uniform(0.01, 2)
+        wall = EndStop(position="x", velocity="v", lower=low, upper=high, restitution=random.uniform(0, 0.9))
+        run = simulate(
+            pushed,
+            (random.choice([low, high, 0.5 * (low + high)]), 0.0),
+            np.linspace(0, 6, 61),
+            inputs={"u": random.uniform(1, 30) * sp.sin(random.uniform(0.3, 15) * TIME + random.uniform(0, 6))},
+            parameters={"k": random.uniform(0.1, 20)},
+            time=Continuous(end_stops=(wall,), saturation=Saturation(lower=-10, upper=10), optimise=False),
+        )
+        assert run["x"].min() >= low - 1e-12
+        assert run["x"].max() <= high + 1e-12
+        assert run.events
 
 
 def test_a_pendulum_that_hits_a_stop_keeps_its_energy_times_the_square_of_the_restitution() -> None:

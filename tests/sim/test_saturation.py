@@ -57,6 +57,16 @@ def test_a_saturated_double_integrator_switches_at_the_instants_of_the_closed_fo
     assert np.array_equal(run.further["u_limited"].values, run["u"])
 
 
+def test_a_spring_that_saturates_keeps_its_energy() -> None:
+    # The force −sat(4 x) has the potential 2 x² within 1/4 and |x| − 1/8 beyond.
+    loop = loop_of(-4 * x)
+    run = simulate(loop, (3.0, 0.5), np.linspace(0, 60, 601), time=Continuous(saturation=Saturation(lower=-1, upper=1)))
+    place = np.abs(run["x"])
+    energy = run["v"] ** 2 / 2 + np.where(place < 0.25, 2 * place**2, place - 0.125)
+    assert len(run.events) > 20
+    np.testing.assert_allclose(energy, 3.0, rtol=0, atol=1e-11)
+
+
 def test_a_saturated_loop_agrees_with_scipy_restarted_at_every_switch() -> None:
     loop = loop_of(-4 * sp.sin(x) - v / 2)
     grid = np.linspace(0, 15, 151)

@@ -28,7 +28,7 @@ class Continuous:
         saturation: of all inputs, or by name; of a closed loop the signals that drive its plant (`u`). What reads
             the signal, an observer say, reads the limited one.
         end_stops: walls of the plant. Contact, rest at the wall and release are found; rebounds that would fly for
-            less than 1e-9 of the run count as rest.
+            less than 1e-9 of the run, or rise by less than 1e-14 of the bound, count as rest.
 
     Raises:
         SimulationError: a setting out of its range, two end stops of one position.

@@ -84,8 +84,10 @@ class SwitchedFlow:
         integrator.time = course.time
         integrator.state[:] = course.state
         sides = course.sides * course.weights
-        # A function that is zero at the start hides its next zero.
-        levels = course.levels - course.sides * np.where(course.distances() == 0.0, _TINY / course.weights, 0.0)
+        # A function that is zero at the start hides its next zero; near a level of some size rounding makes it so.
+        sizes = _ROUNDING * np.abs(course.levels)
+        shifts = np.where(np.abs(course.distances()) <= sizes, np.maximum(2.0 * sizes, _TINY / course.weights), 0.0)
+        levels = course.levels - course.sides * shifts
         given = [*course.values[: scheme.layout.first_mode], *course.saturated, *course.modes, *course.contacts]
         given += [*levels, *sides]
         integrator.pars[:] = given[: len(integrator.pars)]
@@ -118,6 +120,9 @@ class SwitchedFlow:
             events.append(hy.t_event(function, direction=hy.event_direction.negative))
         return compiled(variables, rates, self._settings, bounded=bounded, events=events)
 
+
+_ROUNDING = 1e-15
+"""How close to its level, as part of it, a value cannot be told from it."""
 
 _TINY = 1e-17
 """How far from zero, in units of its scale, an event function begins that would begin at zero."""

@@ -26,6 +26,10 @@ ROUNDING = 1e-15
 """How far behind an end stop a position is met again that rested there, as part of the larger of 1 and the bound."""
 
 
+LOW = 1e-14
+"""A rebound that rises by less than this part of the bound rests."""
+
+
 class Watcher(ABC):
     """Something that is looked out for by some event functions, given by their numbers."""
 
@@ -216,8 +220,9 @@ class WatchedWall(Watcher):
         at.state[velocity] *= -stop.restitution
         rate = abs(float(at.motion(at, at.time, at.state)[0][self.wall.position]))
         push = side * at.shown(release)
-        # Into the wall: a flight takes 2 v / a.
-        if push >= 0.0 and 2.0 * rate <= push * REST * at.span:
+        # Into the wall: a flight takes 2 v / a and rises v² / 2 a, which rounding of the position must not swallow.
+        short = 2.0 * rate <= push * REST * at.span
+        if push >= 0.0 and (short or rate**2 <= 2.0 * push * LOW * abs(self._bound(side))):
             at.state[velocity] = 0.0
             at.contacts[self.place] = side
             at.sides[upper] = at.sides[lower] = 0.0
