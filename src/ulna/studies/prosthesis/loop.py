@@ -12,7 +12,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, no_type_check
 
-import numba
 import numpy as np
 
 ROUNDING = 6755399441055744.0
@@ -23,17 +22,22 @@ LOST = 1e9
 """V from which a command counts as that of a controller that has lost itself."""
 
 
-_ROW, _TABLE, _STACK = numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
-_RATES = numba.types.FunctionType(numba.void(*[_ROW] * 4))
-_KEPT = numba.types.Array(numba.float64, 2, "C", readonly=True)
-_SIGNATURE = numba.void(
-    *[_RATES] * 3, numba.int64, numba.float64, numba.int64, *[_TABLE] * 7, _ROW, _ROW, _KEPT, _TABLE, _STACK
-)
+def _signature(numba: Any) -> Any:
+    """That of `run_blocks`."""
+    row, table, stack = numba.float64[::1], numba.float64[:, ::1], numba.float64[:, :, ::1]
+    rates = numba.types.FunctionType(numba.void(*[row] * 4))
+    kept = numba.types.Array(numba.float64, 2, "C", readonly=True)
+    numbers = (numba.int64, numba.float64, numba.int64)
+    return numba.void(*[rates] * 3, *numbers, *[table] * 7, row, row, kept, table, stack)
 
 
-def _compiled(function: Callable[..., Any], signature: Any = None) -> Any:
-    """The function compiled, once a machine where there is a folder to keep it in."""
-    arguments = () if signature is None else (signature,)
+def _compiled(function: Callable[..., Any], signature: Callable[[Any], Any] | None = None) -> Any:
+    """The function compiled, once a machine where there is a folder to keep it in; as it is without Numba."""
+    try:
+        import numba
+    except ImportError:
+        return function
+    arguments = () if signature is None else (signature(numba),)
     try:
         return numba.njit(*arguments, error_model="numpy", nogil=True, cache=True)(function)
     except RuntimeError:
@@ -134,7 +138,7 @@ def in_lanes(table, first, lanes, rows):  # noqa: ANN001, ANN201
             rows[column * lanes + lane] = table[place, column]
 
 
-@partial(_compiled, signature=_SIGNATURE)
+@partial(_compiled, signature=_signature)
 @no_type_check
 def run_blocks(
     plant: Any,

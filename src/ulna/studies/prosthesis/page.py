@@ -39,6 +39,9 @@ EFFORTS: tuple[tuple[str, str, str], ...] = (
 )
 """Task, measure and heading of the table of effort."""
 
+NAMED = 3
+"""Leaders of a measure up to which they are named."""
+
 _PICTURES = {
     "reach": "The reach, the follow-up and the hold: angle wanted and reached, and the motor's current.",
     "follow": "A curve through six points.",
@@ -88,7 +91,8 @@ def _short(found: Sequence[Comparison]) -> tuple[Block, ...]:
             head=("measure", *arms),
             rows=_leader_rows(found),
             caption="Who has the least of each measure, and its value, by what 95 of 100 plants stay below; all within "
-            "5 % of the best are named. ✓ only designs of the paper or this package; the others are common practice, "
+            "5 % of the best are named, or counted where they are many. ✓ only designs of the paper or this package; "
+            "the others are common practice, "
             "tuned on the same cost by the same search.",
         ),
     )
@@ -121,9 +125,9 @@ def _leader_rows(found: Sequence[Comparison]) -> tuple[tuple[Cell, ...], ...]:
                 cells.append("nobody")
                 continue
             value = each.entries[leaders[0].key, task].quantile(measure, SHARE)
-            names = ", ".join(c.title for c in leaders) if len(leaders) < len(each.contenders) - 1 else "nearly all"
-            tone = Tone.GOOD if all(c.proposed for c in leaders) else Tone.PLAIN
-            cells.append(Badge(text=f"{names} {_number(value)}", tone=tone))
+            names = ", ".join(c.title for c in leaders) if len(leaders) <= NAMED else f"{len(leaders)} controllers"
+            # Plain text: a badge would not break into lines.
+            cells.append(f"{'✓ ' if all(c.proposed for c in leaders) else ''}{names} {_number(value)}")
         rows.append(tuple(cells))
     return tuple(rows)
 

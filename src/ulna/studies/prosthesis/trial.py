@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -224,8 +225,9 @@ def _loop() -> Callable[..., None]:
     Raises:
         OptionalDependencyError: without Numba.
     """
-    try:
-        from ulna.studies.prosthesis.loop import run_blocks
-    except ImportError:
-        raise OptionalDependencyError("the comparison of controllers", "campaign") from None
+    if find_spec("numba") is None:
+        raise OptionalDependencyError("the comparison of controllers", "campaign")
+    # Late: its import compiles.
+    from ulna.studies.prosthesis.loop import run_blocks
+
     return run_blocks

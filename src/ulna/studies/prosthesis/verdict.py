@@ -56,7 +56,7 @@ def recommendation(found: Comparison) -> str:
     if not whole:
         return "No controller does every task on this arm."
     best = whole[0]
-    text = f"Build the {best.contender.title}: {best.contender.note}. "
+    text = f"Build {_the(best.contender)}: {best.contender.note}. "
     text += (
         f"Taking the tasks together its RMS error is {best.score:.2f} times the least of each task (geometric mean, "
         "95 of 100 plants, one code of the encoder at least)"
@@ -65,7 +65,7 @@ def recommendation(found: Comparison) -> str:
         second = whole[1]
         task = max(found.tasks, key=lambda t: _error(found, second.contender, t) / _error(found, best.contender, t))
         mine, other = (_error(found, each.contender, task) for each in (best, second))
-        text += f"; next is the {second.contender.title} with {second.score:.2f}"
+        text += f"; next is {_the(second.contender)} with {second.score:.2f}"
         text += ", as good" if second.score <= (1 + EQUAL) * best.score else ""
         if other > (1 + EQUAL) * mine:
             text += f", farthest behind where the task is to {task.title} ({other:.2g}° against {mine:.2g}°)"
@@ -118,4 +118,8 @@ def _error(found: Comparison, contender: Contender, task: Task) -> float:
 
 
 def _with_angle(plain: Standing) -> str:
-    return f"from the angle alone the {plain.contender.title} is best, {plain.score:.2f}. "
+    return f"from the angle alone {_the(plain.contender)} is best, {plain.score:.2f}. "
+
+
+def _the(contender: Contender) -> str:
+    return f"the {contender.title.removeprefix('the ')}"
