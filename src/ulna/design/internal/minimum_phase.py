@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from ulna.base.verdict import Verdict
+from ulna.base.verdict import Status, Verdict
 from ulna.design.internal.critical_class import StabilityClass
 from ulna.design.internal.equilibrium_class import EquilibriumClass, equilibrium_class
 from ulna.design.internal.zero_dynamics import ZeroDynamics
+from ulna.geometry.relative_degree import relative_degree
 from ulna.system.system import System
 
 
@@ -19,6 +20,14 @@ def minimum_phase(dynamics: ZeroDynamics, *, seconds: float = 5.0) -> Equilibriu
         seconds: s.
     """
     system = dynamics.system
+    if system is None and dynamics.verdict.status is Status.UNDECIDED and _no_zero_dynamics(dynamics.plant):
+        return EquilibriumClass(
+            system=System(name=f"zero dynamics of {dynamics.plant.name}", states=(), rates=()),
+            equilibrium={},
+            stability=StabilityClass.EXPONENTIAL,
+            eigenvalues=(),
+            verdict=Verdict.proved("the plant is minimum phase", reason="the relative degrees add up to its dimension"),
+        )
     if system is None:
         empty = System(name=f"zero dynamics of {dynamics.plant.name}", states=(), rates=())
         claim = "the zero dynamics have a stability class"
@@ -36,3 +45,11 @@ def minimum_phase(dynamics: ZeroDynamics, *, seconds: float = 5.0) -> Equilibriu
         )
     near = {x: dynamics.point[x] for x in system.state_symbols}
     return equilibrium_class(system, near=near, seconds=seconds)
+
+
+def _no_zero_dynamics(plant: System) -> bool:
+    """Whether the outputs and their derivatives are coordinates around the operating point."""
+    if len(plant.outputs) != len(plant.inputs):
+        return False
+    degree = relative_degree(plant)
+    return degree.at_point.holds and degree.total == len(plant.states)
