@@ -23,7 +23,7 @@ from ulna.campaign import (
     replay,
 )
 from ulna.campaign.encoding import from_text, to_text
-from ulna.sim import Continuous, Sampled, metrics, simulate
+from ulna.sim import Continuous, Crossing, Sampled, Settling, simulate
 
 SPREAD = Random(vary={"x": Uniform(low=-1, high=1), "k": Uniform(low=1, high=9), "r": Uniform(low=-1, high=1)}, runs=70)
 SPRINGS = Measures(outputs=("y",), targets={"y": "r"}, effort=("u",))
@@ -64,12 +64,20 @@ def test_figures_are_those_of_single_simulations() -> None:
     for number in range(0, 70, 9):
         run = result.run(number)
         path = simulate(
-            SPRING, [run["x"], 0.0], np.linspace(0, 6, 501), parameters={"k": run["k"]}, inputs={"r": run["r"]}
+            SPRING,
+            [run["x"], 0.0],
+            6.0,
+            parameters={"k": run["k"]},
+            inputs={"r": run["r"]},
+            events=(Settling(output="y", target=run["r"]), Crossing(name="turn", expression="v")),
         )
-        expected = metrics(path, targets={"y": run["r"]}, effort=("u",))
-        assert run["settling_time_y"] == pytest.approx(expected.outputs["y"].settling_time, abs=1e-8)
-        assert run["overshoot_y"] == pytest.approx(expected.outputs["y"].overshoot, abs=1e-8)
-        assert run["peak_u"] == pytest.approx(expected.inputs["u"].peak, abs=1e-10)
+        # Extremes of x, and of u with it, are where it starts and where v passes zero.
+        turns = np.array([run["x"], *(event.state[0] for event in path.events if event.signal == "turn")])
+        (settled,) = [event.time for event in path.events if event.signal == "y"] or [math.inf]
+        assert run["settling_time_y"] == pytest.approx(settled, abs=1e-11)
+        way = run["r"] - run["x"]
+        assert run["overshoot_y"] == pytest.approx(max(0.0, ((turns - run["r"]) / way).max()), abs=1e-12)
+        assert run["peak_u"] == pytest.approx(run["k"] * np.abs(run["r"] - turns).max(), abs=1e-12)
         assert run["settled"] == math.isfinite(run["settling_time_y"])
         assert [run["final_x"], run["final_v"]] == pytest.approx(path.final_state, abs=1e-11)
 
