@@ -33,7 +33,8 @@ W, D = RANDOM.uniform(3, 8, 300), RANDOM.uniform(0.2, 2, 300)
 
 
 def oscillators(runs: slice = slice(None), **how: Any) -> EnsembleResult:
-    given: dict[str, Any] = {"parameters": {"w": W[runs], "d": D[runs]}, "threads": 1, "time": Continuous(), "samples": 1} | how
+    parameters = {"w": W[runs], "d": D[runs]}
+    given: dict[str, Any] = {"parameters": parameters, "threads": 1, "time": Continuous(), "samples": 1} | how
     return run_ensemble(OSCILLATOR, [1.0, 0.0], 12.0, **given)
 
 
