@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from ulna.base import SimulationError
@@ -34,6 +34,7 @@ def test_a_point_to_point_reference_touches_a_limit_and_breaks_none(start: float
     assert angle.max() <= max(start, target) + 1e-9
 
 
+@example(points=[1.0, 0.0, 0.0, 1.0])
 @given(points=st.lists(ANGLE, min_size=2, max_size=6))
 def test_a_reference_through_points_passes_them_and_keeps_the_limits(points: list[float]) -> None:
     if max(np.abs(np.diff(points))) < 1e-3:

@@ -258,8 +258,11 @@ def _extremes(reference: Reference, derivative: int) -> list[float]:
         rows = _derived(rows)
     found: list[float] = []
     for row, length in zip(rows, np.diff(reference.knots), strict=True):
-        slope = np.polynomial.Polynomial(row).deriv()
-        roots = [r.real for r in slope.roots() if abs(r.imag) <= 1e-9 * length and 0 < r.real < length]
+        slope = np.polynomial.Polynomial(row * length ** np.arange(len(row))).deriv()
+        # Leading coefficients that are rounding send a root far away and spoil the others. Rounding also splits double
+        # roots into complex pairs, so real parts of all are taken: one point too many does no harm.
+        kept = slope.trim(1e-13 * np.abs(slope.coef).max())
+        roots = [r.real * length for r in kept.roots() if 0 < r.real < 1]
         found += [float(np.polynomial.Polynomial(row)(at)) for at in (0.0, *roots, length)]
     return found
 

@@ -22,6 +22,8 @@ _ROUNDING = sp.Rational(1, 1000)
 """How far, relatively, an equilibrium may lie from the values given for the states to count as theirs."""
 _LONG = 20
 """Operations above which an exact equilibrium in numbers is given in decimals."""
+_LONG_IN_SYMBOLS = 60
+"""Operations above which an equilibrium in parameters gives way to one at their values."""
 
 
 class _TooHardError(Exception):
@@ -198,7 +200,9 @@ def _solved(
             best = (size, point)
     if best is None:
         return None
-    if not system.parameters and any(sp.count_ops(v) > _LONG for v in best[1].values()):
+    known = len(system.values) == len(system.parameters)
+    most = _LONG_IN_SYMBOLS if system.parameters else _LONG
+    if known and any(sp.count_ops(v) > most for v in best[1].values()):
         raise _TooHardError  # roots of cubics and the like read better in decimals
     return best[1]
 

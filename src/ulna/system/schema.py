@@ -217,7 +217,7 @@ def _definitions(rows: Mapping[str, Any], names: Mapping[str, sp.Expr], where: s
             exact(text) if isinstance(text, int | Decimal | float) else parse_formula(text, known, where=asked)
         )
     # An implicit one is found after all others, which may use it: it waits for nobody and nobody for it.
-    explicit = formulas.keys() - units.keys()
+    explicit = [name for name in formulas if name not in units]
     needs = {name: [s.name for s in formulas[name].free_symbols if s.name in explicit] for name in explicit}
     try:
         order = list(TopologicalSorter(needs).static_order())
