@@ -16,6 +16,7 @@ from ulna.sim.inputs import Constant
 from ulna.sim.job import Job
 from ulna.sim.lane_step import FIGURES, LaneStep, lane_step
 from ulna.sim.metrics import BAND, output_metrics
+from ulna.sim.one_thread import one_thread
 from ulna.sim.outcome import Outcome
 from ulna.sim.simulate import simulate
 from ulna.symbolic.program.hoist import hoist
@@ -145,11 +146,12 @@ def _together(job: Job, settings: Continuous, lanes: Lanes, step: LaneStep, figu
     def work(chosen: slice) -> np.ndarray:
         return _chunk(job, settings, lanes, step, chosen, figures)
 
-    if min(job.threads, len(chunks)) == 1:
-        left = [work(chosen) for chosen in chunks]
-    else:
-        with ThreadPoolExecutor(min(job.threads, len(chunks))) as pool:
-            left = list(pool.map(work, chunks))
+    with one_thread():
+        if min(job.threads, len(chunks)) == 1:
+            left = [work(chosen) for chosen in chunks]
+        else:
+            with ThreadPoolExecutor(min(job.threads, len(chunks))) as pool:
+                left = list(pool.map(work, chunks))
     return np.concatenate(left).tolist()
 
 
