@@ -154,10 +154,11 @@ def _table(first: str, *others: str) -> Any:
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    # Five numbers such as -3.053e-10 beside the longest name fit into 80 columns.
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 0, 0, 1))
     table.add_column(escape(first), no_wrap=True)
     for heading in others:
-        table.add_column(escape(heading), justify="right")
+        table.add_column(escape(heading), justify="right", no_wrap=True)
     return table
 
 
