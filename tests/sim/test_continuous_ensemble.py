@@ -13,7 +13,7 @@ from scipy.linalg import expm
 
 from ulna.base import SimulationError
 from ulna.sim import Continuous, EndStop, EnsembleResult, Outcome, Saturation, Settling, run_ensemble, simulate
-from ulna.sim import continuous_ensemble as engine
+from ulna.sim.continuous import ensemble as engine
 from ulna.symbolic.program.flow_series import FlowSeries
 from ulna.symbolic.program.kernel import kernel
 from ulna.symbolic.program.lowering.python_source import to_python
@@ -162,7 +162,7 @@ def test_loops_with_limits_and_walls_have_the_ends_of_single_runs(settings: Cont
 
 
 def test_a_plant_too_long_to_be_compiled_runs_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    from ulna.sim import lane_step
+    from ulna.sim.continuous import lane_step
 
     other = System(**{f.name: getattr(OSCILLATOR, f.name) for f in fields(System)})
     quick = run_ensemble(other, [1.0, 0.0], 2.0, time=Continuous(bound=1e9))

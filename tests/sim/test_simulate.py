@@ -13,7 +13,7 @@ from scipy.linalg import expm
 
 from ulna.base import SimulationError
 from ulna.sim import TIME, Continuous, Held, Interpolated, Outcome, Trajectory, simulate
-from ulna.sim.flow import Flow
+from ulna.sim.continuous.flow import Flow
 from ulna.symbolic.program.kernel import kernel
 from ulna.symbolic.program.lowering.python_source import to_python
 from ulna.system import Parameter, Signal, System

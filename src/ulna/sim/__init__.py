@@ -1,7 +1,8 @@
 """Simulation: `simulate` answers with a `Trajectory`, `run_ensemble` with the figures of many runs."""
 
-from ulna.sim.continuous import Continuous
-from ulna.sim.crossing import Crossing, Direction
+from ulna.sim.continuous.continuous import Continuous
+from ulna.sim.continuous.crossing import Crossing, Direction
+from ulna.sim.continuous.settling import Settling
 from ulna.sim.ensemble import EnsembleResult, run_ensemble
 from ulna.sim.event import Event, EventKind
 from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
@@ -23,7 +24,6 @@ from ulna.sim.sampled import (
     Saturation,
     SlewLimit,
 )
-from ulna.sim.settling import Settling
 from ulna.sim.simulate import simulate
 from ulna.sim.trajectory import Series, Trajectory
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from ulna.base import SimulationError
-from ulna.sim.continuous import Continuous
-from ulna.sim.continuous_ensemble import continuous_figures
+from ulna.sim.continuous.continuous import Continuous
+from ulna.sim.continuous.ensemble import continuous_figures
+from ulna.sim.continuous.prepared import default_values
 from ulna.sim.inputs import Constant, Input, as_input
 from ulna.sim.job import Job
 from ulna.sim.outcome import Outcome
-from ulna.sim.prepared import default_values
 from ulna.sim.sampled.ensemble import sampled_figures
 from ulna.sim.sampled.gpu import Gpu
 from ulna.sim.sampled.sampled import Sampled

@@ -11,18 +11,26 @@ from typing import Any
 import numpy as np
 
 from ulna.base import SimulationError
-from ulna.sim.continuous import Continuous
+from ulna.sim.continuous.continuous import Continuous
+from ulna.sim.continuous.flow import Flow, Stretch
+from ulna.sim.continuous.prepared import (
+    Commands,
+    Prepared,
+    default_values,
+    parameter_values,
+    prepared,
+    shape_of,
+    stretch_values,
+)
+from ulna.sim.continuous.rules import Reported
+from ulna.sim.continuous.switched_flow import SwitchedFlow
+from ulna.sim.continuous.watchers import new_course
 from ulna.sim.event import Event, EventKind
-from ulna.sim.flow import Flow, Stretch
 from ulna.sim.inputs import Held, Input, Interpolated, as_input
 from ulna.sim.outcome import Outcome
-from ulna.sim.prepared import Commands, Prepared, default_values, parameter_values, prepared, shape_of, stretch_values
-from ulna.sim.rules import Reported
 from ulna.sim.sampled.run import run_sampled
 from ulna.sim.sampled.sampled import Sampled
-from ulna.sim.switched_flow import SwitchedFlow
 from ulna.sim.trajectory import Series, Trajectory
-from ulna.sim.watchers import new_course
 from ulna.system import System
 
 CONTINUOUS = Continuous()

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from ulna.sim.cache import IdentityCache
-from ulna.sim.continuous import Continuous
+from ulna.sim.continuous.continuous import Continuous
+from ulna.sim.continuous.lane_step import FIGURES, LaneStep, lane_step
+from ulna.sim.continuous.one_thread import one_thread
 from ulna.sim.inputs import Constant
 from ulna.sim.job import Job
-from ulna.sim.lane_step import FIGURES, LaneStep, lane_step
 from ulna.sim.metrics import BAND, output_metrics
-from ulna.sim.one_thread import one_thread
 from ulna.sim.outcome import Outcome
 from ulna.sim.simulate import simulate
 from ulna.symbolic.program.hoist import hoist

@@ -9,13 +9,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from ulna.base import SimulationError
-from ulna.sim.course import REST, Course, Motion, Scheme
-from ulna.sim.crossing import Crossing
+from ulna.sim.continuous.course import REST, Course, Motion, Scheme
+from ulna.sim.continuous.crossing import Crossing
+from ulna.sim.continuous.layout import Layout
+from ulna.sim.continuous.rules import Limit, Rules, Wall
+from ulna.sim.continuous.settling import Settling
 from ulna.sim.event import Event, EventKind
-from ulna.sim.layout import Layout
 from ulna.sim.outcome import Outcome
-from ulna.sim.rules import Limit, Rules, Wall
-from ulna.sim.settling import Settling
 from ulna.symbolic.program.modes import Moded
 
 LOOK = 1e-7

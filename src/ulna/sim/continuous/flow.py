@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ulna.sim.continuous import Continuous
-from ulna.sim.layout import Layout
+from ulna.sim.continuous.continuous import Continuous
+from ulna.sim.continuous.layout import Layout
 from ulna.sim.outcome import Outcome
 from ulna.symbolic.program.kernel import Kernel
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ulna.sim.continuous import Continuous
-from ulna.sim.course import Course, Motion, Scheme
-from ulna.sim.flow import Stretch, compiled, ended_early, inside, sources
+from ulna.sim.continuous.continuous import Continuous
+from ulna.sim.continuous.course import Course, Motion, Scheme
+from ulna.sim.continuous.flow import Stretch, compiled, ended_early, inside, sources
 from ulna.sim.outcome import Outcome
 from ulna.symbolic.program.modes import MODE
 

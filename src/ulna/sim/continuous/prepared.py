@@ -14,14 +14,14 @@ import sympy as sp
 
 from ulna.base import SimulationError
 from ulna.sim.cache import IdentityCache
-from ulna.sim.continuous import Continuous
-from ulna.sim.course import Scheme
-from ulna.sim.flow import Flow
+from ulna.sim.continuous.continuous import Continuous
+from ulna.sim.continuous.course import Scheme
+from ulna.sim.continuous.flow import Flow
+from ulna.sim.continuous.layout import Layout
+from ulna.sim.continuous.rules import Reported, Rules, rules
+from ulna.sim.continuous.switched_flow import SwitchedFlow
+from ulna.sim.continuous.watchers import scheme_of
 from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
-from ulna.sim.layout import Layout
-from ulna.sim.rules import Reported, Rules, rules
-from ulna.sim.switched_flow import SwitchedFlow
-from ulna.sim.watchers import scheme_of
 from ulna.symbolic.program.hoist import hoist
 from ulna.symbolic.program.instructions_from_sympy import rounded
 from ulna.symbolic.program.kernel import Kernel, kernel

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ulna.base import SimulationError
-from ulna.sim.continuous import Continuous
-from ulna.sim.crossing import Crossing
+from ulna.sim.continuous.continuous import Continuous
+from ulna.sim.continuous.crossing import Crossing
+from ulna.sim.continuous.settling import Settling
 from ulna.sim.inputs import TIME
 from ulna.sim.sampled.limits import EndStop, Saturation
-from ulna.sim.settling import Settling
 from ulna.symbolic.formulas.parse import parse_formula
 from ulna.system import System
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from ulna.sim.continuous.layout import Layout
 from ulna.sim.event import Event, EventKind
-from ulna.sim.layout import Layout
 from ulna.sim.outcome import Outcome
 from ulna.symbolic.program.lowering.python_source import to_python
 from ulna.symbolic.program.modes import Moded
