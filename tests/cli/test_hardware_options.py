@@ -77,6 +77,9 @@ def test_a_sweep_counts_as_settled_what_ends_at_the_operating_point(tmp_path):
     [
         (["--delay", "1e-3"], "it is for a sampled loop"),
         (["--period", "1e-3"], "there is no controller to be sampled"),
+        ([*POLES, "--period", "1e-12"], "5e+12 samples, at most 1e+08"),
+        ([*POLES, "--period", "1e-3", "--delay", "1e9"], "it is 1e+12 periods"),
+        ([*POLES, "--limit", "abc"], "--limit 'abc': unknown symbol"),
         ([*POLES, "--period", "-1"], "the period must be a positive time"),
         ([*POLES, "--period", "1e-3", "--encoder", "12", "--resolution", "0.1"], "both set the step"),
         ([*POLES, "--period", "1e-3", "--pwm", "20e3"], "carrier and supply are due"),

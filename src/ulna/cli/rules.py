@@ -87,4 +87,4 @@ def _numbers(text: str, what: str, counts: tuple[int, ...]) -> list[float]:
     parts = text.split(":")
     if len(parts) not in counts:
         raise SimulationError(what, f"{len(parts)} numbers, {' or '.join(map(str, counts))} are due.")
-    return [number_list(part, what)[0] for part in parts]
+    return [number_list(part, what.split(maxsplit=1)[0])[0] for part in parts]

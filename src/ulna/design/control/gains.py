@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
 from abc import ABC, abstractmethod
@@ -98,12 +99,13 @@ class LinearQuadratic(AbstractGainRule):
     input_weight: float = 1.0
 
     def __post_init__(self) -> None:
-        usable = self.state_weights and self.state_weights[0] > 0 and all(w >= 0 for w in self.state_weights)
-        if not usable or self.input_weight <= 0:
+        weights = (*self.state_weights, self.input_weight)
+        usable = self.state_weights and self.state_weights[0] > 0 and all(0 <= w < math.inf for w in weights)
+        if not usable or self.input_weight == 0:
             raise DesignError(
                 "linear-quadratic weights",
                 f"state_weights={self.state_weights}, input_weight={self.input_weight}.",
-                "The first state weight and the input weight must be positive, the others nonnegative.",
+                "The first state weight and the input weight must be positive, the others nonnegative, all finite.",
             )
 
     def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:

@@ -16,6 +16,9 @@ from ulna.sim.sampled.sensors import MeasurementNoise, Quantiser
 from ulna.system import System
 from ulna.system.linear_injection import LinearInjection
 
+LONGEST_DELAY = 1000
+"""Periods: every command on its way is a variable of the compiled loop."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sampled:
@@ -81,6 +84,12 @@ class Sampled:
             raise SimulationError(f"Sampled(period={self.period})", "the period must be a positive time in s.")
         if not (0 <= self.delay < math.inf):
             raise SimulationError(f"Sampled(delay={self.delay})", "the delay must be a time from 0 s on.")
+        if self.delay >= LONGEST_DELAY * self.period:
+            raise SimulationError(
+                f"Sampled(delay={self.delay})",
+                f"it is {self.delay / self.period:.3g} periods, of which the loop remembers {LONGEST_DELAY} at most.",
+                "Give the delay and the period in seconds.",
+            )
         if self.plant_steps < 1:
             raise SimulationError(f"Sampled(plant_steps={self.plant_steps})", "at least one step is needed.")
         if self.plant_order not in {2, 4}:

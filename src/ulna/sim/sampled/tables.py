@@ -19,6 +19,9 @@ from ulna.sim.sampled.wiring import Wiring
 TINY = 1e-9
 """Part of a period below which a time counts as a whole number of periods."""
 
+MOST_SAMPLES = 100_000_000
+"""Of one run: tables and trajectories of more do not fit into memory."""
+
 _TABLES = IdentityCache(16)
 
 
@@ -26,7 +29,7 @@ def samples_of(settings: Sampled, start: float, end: float) -> int:
     """The number of periods between two times.
 
     Raises:
-        SimulationError: a period longer than the run, a run that does not begin at 0.
+        SimulationError: a period longer than the run or too many samples, a run that does not begin at 0.
     """
     if start != 0.0:
         raise SimulationError("times of a sampled run", f"they begin at {start:g} s.", "A sampled run begins at 0 s.")
@@ -36,6 +39,12 @@ def samples_of(settings: Sampled, start: float, end: float) -> int:
             f"Sampled(period={settings.period:g})",
             f"the period is longer than the run of {end:g} s.",
             "Run longer or sample faster.",
+        )
+    if count > MOST_SAMPLES:
+        raise SimulationError(
+            f"Sampled(period={settings.period:g})",
+            f"a run of {end:g} s has {count:.3g} samples, at most {MOST_SAMPLES:.0e} are possible.",
+            "Sample more slowly or run shorter.",
         )
     return count
 
