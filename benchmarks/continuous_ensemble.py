@@ -27,12 +27,10 @@ import numpy as np
 from scipy.integrate import DOP853, solve_ivp
 
 import ulna
+from ulna.program import Hoisted, hoist, to_numpy, to_python, to_python_source
+from ulna.program.lowering.heyoka import to_heyoka
 from ulna.sim import Continuous, run_ensemble
-from ulna.symbolic.program.hoist import Hoisted, hoist
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.heyoka import to_heyoka
-from ulna.symbolic.program.lowering.numpy import to_numpy
-from ulna.symbolic.program.lowering.python_source import to_python, to_python_source
+from ulna.symbolic.compiling import kernel
 from ulna.system import System
 
 GOAL = 1e-6

@@ -138,7 +138,7 @@ def by_casadi(arm: System) -> Chain:
     """The chain by graph differentiation; the law solved in the graph."""
     import casadi as ca
 
-    from ulna.symbolic.program.lowering.casadi import to_casadi
+    from ulna.program.lowering.casadi import to_casadi
     from ulna.system.field_kernel import field_kernel
 
     n, m = len(arm.states), len(arm.inputs)
@@ -173,7 +173,7 @@ def by_ulna(arm: System) -> Chain:
     """The numeric road: ranks by graph differentiation, the law by jets."""
     from ulna.design.forms.compiled_law import compiled_law
     from ulna.geometry.numeric import numeric_structure
-    from ulna.symbolic.program.lowering.numpy import to_numpy
+    from ulna.program import to_numpy
     from ulna.system.field_kernel import field_kernel
 
     found = numeric_structure(field_kernel(arm), np.zeros(len(arm.states)))

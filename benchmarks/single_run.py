@@ -20,10 +20,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import ulna
+from ulna.program import Kernel, to_python
+from ulna.program.lowering.heyoka import to_heyoka
 from ulna.sim import Continuous, simulate
-from ulna.symbolic.program.kernel import Kernel, kernel
-from ulna.symbolic.program.lowering.heyoka import to_heyoka
-from ulna.symbolic.program.lowering.python_source import to_python
+from ulna.symbolic.compiling import kernel
 from ulna.system import System
 
 GOAL = 1e-9

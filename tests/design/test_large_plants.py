@@ -15,10 +15,9 @@ from ulna.design.forms.compiled_law import compiled_law
 from ulna.geometry.relative_degree import relative_degree
 from ulna.models import model
 from ulna.models.flexible_arm import GRAVITY, LENGTH, MASS, STIFFNESS, flexible_joint_arm
-from ulna.symbolic.program.instructions import Operation
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.casadi import to_casadi
-from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.program import Operation, to_numpy
+from ulna.program.lowering.casadi import to_casadi
+from ulna.symbolic.compiling import kernel
 from ulna.system import System, system_from_mapping
 from ulna.system.field_kernel import field_kernel
 

@@ -12,8 +12,8 @@ from ulna.design.analysis.analysis import analyse
 from ulna.design.forms.compiled_law import compiled_law
 from ulna.models import model
 from ulna.models.flexible_arm import flexible_joint_arm
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.program import to_numpy
+from ulna.symbolic.compiling import kernel
 
 
 @pytest.fixture(scope="module")

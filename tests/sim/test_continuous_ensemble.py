@@ -12,11 +12,10 @@ import sympy as sp
 from scipy.linalg import expm
 
 from ulna.base import SimulationError
+from ulna.program import FlowSeries, to_python
 from ulna.sim import Continuous, EndStop, EnsembleResult, Outcome, Saturation, Settling, run_ensemble, simulate
 from ulna.sim.continuous import ensemble as engine
-from ulna.symbolic.program.flow_series import FlowSeries
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.python_source import to_python
+from ulna.symbolic.compiling import kernel
 from ulna.system import System, system_from_mapping
 
 OSCILLATOR = system_from_mapping(

@@ -12,10 +12,10 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from ulna.base import SimulationError
+from ulna.program import to_python
 from ulna.sim import TIME, Continuous, Held, Interpolated, Outcome, Trajectory, simulate
 from ulna.sim.continuous.flow import Flow
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.python_source import to_python
+from ulna.symbolic.compiling import kernel
 from ulna.system import Parameter, Signal, System
 
 x, y, u, k = sp.symbols("x y u k", real=True)

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from ulna.base import PlantError, UnitError
-from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.program import to_numpy
 from ulna.system import connect, read_system, system_from_mapping, write_system
 from ulna.system.field_kernel import field_kernel
 

@@ -68,7 +68,7 @@ class _Graph:
             import casadi as ca
         except ImportError:
             raise OptionalDependencyError("the numeric road for large plants", "large") from None
-        from ulna.symbolic.program.lowering.casadi import to_casadi
+        from ulna.program.lowering.casadi import to_casadi
 
         self.ca = ca
         self.n, self.m = len(field.states), len(field.inputs)

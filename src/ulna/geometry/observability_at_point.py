@@ -12,12 +12,11 @@ from itertools import islice
 import sympy as sp
 from flint import arb, ctx
 
+from ulna.program import BITS, lie_derivatives, second_slopes
+from ulna.symbolic.compiling import kernel
 from ulna.symbolic.exact.ball import exact_ball
 from ulna.symbolic.exact.rank import Rank, rank_of_balls
 from ulna.symbolic.exact.sample import SEED, random_points
-from ulna.symbolic.program.jet import lie_derivatives
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.second_slopes import BITS, second_slopes
 from ulna.system.affine import ControlAffine
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import SimulationError
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.program import to_numpy
+from ulna.symbolic.compiling import kernel
 
 TIME = sp.Symbol("t", real=True)
 """The time in formulas, in seconds."""

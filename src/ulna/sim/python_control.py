@@ -9,9 +9,9 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import OptionalDependencyError, SimulationError
+from ulna.program import Kernel, to_python
+from ulna.symbolic.compiling import kernel
 from ulna.symbolic.formulas.text import exact
-from ulna.symbolic.program.kernel import Kernel, kernel
-from ulna.symbolic.program.lowering.python_source import to_python
 from ulna.system import Signal, System
 
 if TYPE_CHECKING:

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from ulna.base import SimulationError
+from ulna.program import Kernel, to_numpy
 from ulna.sim.cache import IdentityCache
 from ulna.sim.event import Event
 from ulna.sim.inputs import Input, input_values
 from ulna.sim.outcome import Outcome
-from ulna.symbolic.program.kernel import Kernel, kernel
-from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.symbolic.compiling import kernel
 from ulna.system import Signal, System
 
 _READOUTS = IdentityCache(64)

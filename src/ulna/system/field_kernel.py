@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base.errors import PlantError
-from ulna.symbolic.program.implicit import ImplicitKernel
-from ulna.symbolic.program.jet import explicit
-from ulna.symbolic.program.kernel import Kernel, kernel
+from ulna.program import ImplicitKernel, Kernel, explicit
+from ulna.symbolic.compiling import kernel
 from ulna.system.system import System
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import sympy as sp
 
 from ulna.base.errors import PlantError
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.program import to_numpy
+from ulna.symbolic.compiling import kernel
 from ulna.system.system import System
 
 _STEPS = 100

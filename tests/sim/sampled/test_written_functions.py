@@ -13,7 +13,7 @@ import sympy as sp
 from ulna.sim.sampled.compiled import compiled
 from ulna.sim.sampled.header import HEADER
 from ulna.sim.sampled.writing import Writer
-from ulna.symbolic.program.kernel import kernel
+from ulna.symbolic.compiling import kernel
 
 X = sp.Symbol("x", real=True)
 

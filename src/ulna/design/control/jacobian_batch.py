@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import sympy as sp
 
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.program import to_numpy
+from ulna.symbolic.compiling import kernel
 
 BatchFunction = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 """From (P,) arrays by name to an array whose first axis is P."""

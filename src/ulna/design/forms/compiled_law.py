@@ -9,12 +9,19 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import NoFormError, Verdict
-from ulna.symbolic.program.affine_inputs import solved_for_inputs
-from ulna.symbolic.program.jet import lie_derivatives, open_derivatives
-from ulna.symbolic.program.kernel import Kernel, restricted, without_inputs
-from ulna.symbolic.program.linear_kernel import joined, solved
-from ulna.symbolic.program.lowering.numpy import to_numpy
-from ulna.symbolic.program.tangent import at_zero, tangents
+from ulna.program import (
+    Kernel,
+    at_zero,
+    joined,
+    lie_derivatives,
+    open_derivatives,
+    restricted,
+    solved,
+    solved_for_inputs,
+    tangents,
+    to_numpy,
+    without_inputs,
+)
 from ulna.system.field_kernel import FieldKernel, field_kernel
 from ulna.system.system import System
 

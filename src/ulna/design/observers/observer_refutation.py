@@ -16,12 +16,11 @@ from flint import arb, arb_mat, ctx
 
 from ulna.base.verdict import Verdict
 from ulna.geometry.observability import Observability
+from ulna.program import BITS, Kernel, lie_derivatives, second_slopes
+from ulna.symbolic.compiling import kernel
 from ulna.symbolic.exact.ball import exact_ball
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.sample import SEED, Point, random_points
-from ulna.symbolic.program.jet import lie_derivatives
-from ulna.symbolic.program.kernel import Kernel, kernel
-from ulna.symbolic.program.second_slopes import BITS, second_slopes
 from ulna.system.affine import ControlAffine
 
 _SECONDS = 4.0

@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from ulna.program import Moded, to_python
 from ulna.sim.continuous.layout import Layout
 from ulna.sim.event import Event, EventKind
 from ulna.sim.outcome import Outcome
-from ulna.symbolic.program.lowering.python_source import to_python
-from ulna.symbolic.program.modes import Moded
 
 MOMENT = 1e-10
 """Part of a run that passes by hand after an event, so that no watched value is at zero when integration goes on."""

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ulna.program import hoist, to_numpy, with_modes
 from ulna.sim.cache import IdentityCache
 from ulna.sim.continuous.continuous import Continuous
 from ulna.sim.continuous.lane_step import FIGURES, LaneStep, lane_step
@@ -19,10 +20,7 @@ from ulna.sim.job import Job
 from ulna.sim.metrics import BAND, output_metrics
 from ulna.sim.outcome import Outcome
 from ulna.sim.simulate import simulate
-from ulna.symbolic.program.hoist import hoist
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.numpy import to_numpy
-from ulna.symbolic.program.modes import with_modes
+from ulna.symbolic.compiling import kernel
 from ulna.system import System
 
 LANES = 16

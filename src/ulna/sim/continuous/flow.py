@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ulna.program import Kernel
 from ulna.sim.continuous.continuous import Continuous
 from ulna.sim.continuous.layout import Layout
 from ulna.sim.outcome import Outcome
-from ulna.symbolic.program.kernel import Kernel
 
 COMPACT_ABOVE = 12
 """Number of states above which straight code takes longer to compile than it is worth."""
@@ -92,7 +92,7 @@ class Flow:
     def _compiled(self, *, bounded: bool) -> Any:
         import heyoka as hy
 
-        from ulna.symbolic.program.lowering.heyoka import to_heyoka
+        from ulna.program.lowering.heyoka import to_heyoka
 
         variables = [hy.expression(f"s{k}") for k in range(len(self._layout.states))]
         rates = list(to_heyoka(self._kernel, sources(self._layout, variables)).values())

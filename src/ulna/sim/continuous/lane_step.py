@@ -9,9 +9,8 @@ from typing import Any
 import heyoka as hy
 
 from ulna.base import UlnaError
-from ulna.symbolic.program.flow_series import FlowSeries
-from ulna.symbolic.program.kernel import Kernel
-from ulna.symbolic.program.lowering.heyoka import to_heyoka
+from ulna.program import FlowSeries, Kernel
+from ulna.program.lowering.heyoka import to_heyoka
 
 CAUTION = 0.1
 """Largest last term of a step's series in units of the tolerance; global errors are then those of `Continuous` runs."""

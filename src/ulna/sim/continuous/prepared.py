@@ -13,6 +13,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import SimulationError
+from ulna.program import Kernel, hoist, to_numpy, to_python, with_modes
 from ulna.sim.cache import IdentityCache
 from ulna.sim.continuous.continuous import Continuous
 from ulna.sim.continuous.course import Scheme
@@ -22,12 +23,7 @@ from ulna.sim.continuous.rules import Reported, Rules, rules
 from ulna.sim.continuous.switched_flow import SwitchedFlow
 from ulna.sim.continuous.watchers import scheme_of
 from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
-from ulna.symbolic.program.hoist import hoist
-from ulna.symbolic.program.instructions_from_sympy import rounded
-from ulna.symbolic.program.kernel import Kernel, kernel
-from ulna.symbolic.program.lowering.numpy import to_numpy
-from ulna.symbolic.program.lowering.python_source import to_python
-from ulna.symbolic.program.modes import with_modes
+from ulna.symbolic.compiling import kernel, rounded
 from ulna.system import System
 
 FLOWS_KEPT = 64

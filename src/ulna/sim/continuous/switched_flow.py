@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from ulna.program import MODE
 from ulna.sim.continuous.continuous import Continuous
 from ulna.sim.continuous.course import Course, Motion, Scheme
 from ulna.sim.continuous.flow import Stretch, compiled, ended_early, inside, sources
 from ulna.sim.outcome import Outcome
-from ulna.symbolic.program.modes import MODE
 
 
 class SwitchedFlow:
@@ -96,7 +96,7 @@ class SwitchedFlow:
     def _compiled(self, *, bounded: bool) -> Any:
         import heyoka as hy
 
-        from ulna.symbolic.program.lowering.heyoka import to_heyoka
+        from ulna.program.lowering.heyoka import to_heyoka
 
         scheme, layout = self._scheme, self._scheme.layout
         variables = [hy.expression(f"s{k}") for k in range(len(layout.states))]

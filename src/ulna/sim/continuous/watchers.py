@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ulna.base import SimulationError
+from ulna.program import Moded
 from ulna.sim.continuous.course import REST, Course, Motion, Scheme
 from ulna.sim.continuous.crossing import Crossing
 from ulna.sim.continuous.layout import Layout
@@ -16,7 +17,6 @@ from ulna.sim.continuous.rules import Limit, Rules, Wall
 from ulna.sim.continuous.settling import Settling
 from ulna.sim.event import Event, EventKind
 from ulna.sim.outcome import Outcome
-from ulna.symbolic.program.modes import Moded
 
 LOOK = 1e-7
 """Seconds over which the direction of a guard is looked at after a jump."""

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from ulna.symbolic.program.hoist import Hoisted
-from ulna.symbolic.program.instructions import InstructionList, Operation, pruned
-from ulna.symbolic.program.kernel import Kernel
+from ulna.program import Hoisted, InstructionList, Kernel, Operation, pruned
 
 CARRIED = "carried_"
 

@@ -11,12 +11,11 @@ import sympy as sp
 from scipy.linalg import expm
 
 from ulna.base import SimulationError
+from ulna.program import to_python
 from ulna.sim.sampled.discretisation import ExactHold
 from ulna.sim.sampled.sampled import Sampled
 from ulna.sim.sampled.wiring import Wiring
-from ulna.symbolic.program.instructions_from_sympy import rounded
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.python_source import to_python
+from ulna.symbolic.compiling import kernel, rounded
 from ulna.system.linear_injection import LinearInjection
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from ulna.program import HOISTED, Kernel, restricted
 from ulna.sim.sampled.carried import CARRIED, carried
 from ulna.sim.sampled.discretisation import Euler, ExactHold, RungeKutta4
 from ulna.sim.sampled.loop_writer import LoopWriter
-from ulna.symbolic.program.hoist import HOISTED
-from ulna.symbolic.program.kernel import Kernel, restricted
 
 
 def outputs_of(kernel: Kernel, stem: str) -> Kernel:

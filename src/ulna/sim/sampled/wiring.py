@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base import SimulationError
+from ulna.program import Hoisted, hoist
 from ulna.sim.inputs import TIME
 from ulna.sim.sampled.sampled import Sampled
-from ulna.symbolic.program.hoist import Hoisted, hoist
-from ulna.symbolic.program.kernel import kernel
+from ulna.symbolic.compiling import kernel
 from ulna.system import Signal, System
 from ulna.system.linear_injection import LinearInjection
 

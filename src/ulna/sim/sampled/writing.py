@@ -8,9 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from ulna.symbolic.program.instructions import Operation
-from ulna.symbolic.program.kernel import Kernel
-from ulna.symbolic.program.lowering.python_source import TEMPLATES, literal
+from ulna.program import TEMPLATES, Kernel, Operation, literal
 
 ROUNDING = "6755399441055744.0"
 """1.5 · 2^52: adding and subtracting it rounds to the nearest whole number, whose last bit ends the sum."""

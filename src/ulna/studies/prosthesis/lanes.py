@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from ulna.program import Kernel, hoist, to_numpy
 from ulna.sim.sampled.compiled import compiled
 from ulna.sim.sampled.header import HEADER
 from ulna.sim.sampled.writing import Writer
-from ulna.symbolic.program.hoist import hoist
-from ulna.symbolic.program.kernel import Kernel, kernel
-from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.symbolic.compiling import kernel
 
 LANES = 40
 """Plants of a block: a multiple of what a vector register holds, and 200 plants fill five."""

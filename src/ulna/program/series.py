@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 
 from ulna.base import UlnaError
-from ulna.symbolic.program.instructions import InstructionList, Operation
-from ulna.symbolic.program.kernel import Kernel
+from ulna.program.instructions import InstructionList, Operation
+from ulna.program.kernel import Kernel
 
 Series = list[int | None]
 """Indices of the coefficients of one value, lowest first; None where a coefficient is zero whatever the inputs."""

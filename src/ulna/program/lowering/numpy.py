@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ulna.symbolic.program.instructions import Operation
-from ulna.symbolic.program.kernel import Kernel
-from ulna.symbolic.program.lowering.python_source import INDENT, TEMPLATES, executed, literal, to_python
+from ulna.program.instructions import Operation
+from ulna.program.kernel import Kernel
+from ulna.program.lowering.python_source import INDENT, TEMPLATES, executed, literal, to_python
 
 _ARRAY_TEMPLATES: Mapping[Operation, str] = MappingProxyType(
     {

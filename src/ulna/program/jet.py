@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import factorial
 
-from ulna.symbolic.program.implicit import ImplicitKernel, LinearBlock, ancestors
-from ulna.symbolic.program.instructions import InstructionList, pruned
-from ulna.symbolic.program.kernel import Kernel, without_inputs
-from ulna.symbolic.program.series import SeriesRules
+from ulna.program.implicit import ImplicitKernel, LinearBlock, ancestors
+from ulna.program.instructions import InstructionList, pruned
+from ulna.program.kernel import Kernel, without_inputs
+from ulna.program.series import SeriesRules
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

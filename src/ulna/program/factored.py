@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ulna.base import UlnaError
-from ulna.symbolic.program.terms import ONE, Term, Terms, negative
+from ulna.program.terms import ONE, Term, Terms, negative
 
 Entry = Term | None
 """A multiple of a value, None for a structural zero."""

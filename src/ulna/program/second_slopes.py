@@ -14,8 +14,8 @@ import flint
 from flint import arb
 
 from ulna.base import UlnaError
-from ulna.symbolic.program.instructions import Operation
-from ulna.symbolic.program.kernel import Kernel
+from ulna.program.instructions import Operation
+from ulna.program.kernel import Kernel
 
 Jet = tuple[arb, arb, arb, arb]
 """(value, slope along the first direction, slope along the second, mixed second slope)."""

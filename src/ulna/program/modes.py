@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ulna.symbolic.program.instructions import Instruction, InstructionList, Operation, pruned
-from ulna.symbolic.program.kernel import Kernel
+from ulna.program.instructions import Instruction, InstructionList, Operation, pruned
+from ulna.program.kernel import Kernel
 
 GUARD = "guard_"
 MODE = "mode_"

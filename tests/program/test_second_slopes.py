@@ -7,8 +7,8 @@ import sympy as sp
 from flint import arb
 
 from ulna.base import UlnaError
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.second_slopes import second_slopes
+from ulna.program import second_slopes
+from ulna.symbolic.compiling import kernel
 
 x, y = (sp.Symbol(name, real=True) for name in "xy")
 

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from ulna.base import FormulaError
-from ulna.symbolic.program.instructions import Operation
-from ulna.symbolic.program.instructions_from_casadi import kernel_from_casadi
-from ulna.symbolic.program.lowering.casadi import to_casadi
-from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.program import Operation, kernel_from_casadi, to_numpy
+from ulna.program.lowering.casadi import to_casadi
 
 a, b = ca.SX.sym("a", 3), ca.SX.sym("b")
 EXPRESSIONS = ca.vertcat(

@@ -9,9 +9,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from ulna.base import UlnaError
-from ulna.symbolic.program.affine_inputs import solved_for_inputs
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.numpy import to_numpy
+from ulna.program import solved_for_inputs, to_numpy
+from ulna.symbolic.compiling import kernel
 
 x, y, u, w = (sp.Symbol(name, real=True) for name in "xyuw")
 WANTED = [("v1", "a"), ("v2", "b")]

@@ -7,8 +7,8 @@ from typing import Any
 
 import casadi as ca
 
-from ulna.symbolic.program.instructions import Operation
-from ulna.symbolic.program.kernel import Kernel
+from ulna.program.instructions import Operation
+from ulna.program.kernel import Kernel
 
 _FUNCTIONS: Mapping[Operation, Callable[..., Any]] = {
     Operation.ADD: lambda a, b: a + b,

@@ -11,7 +11,7 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import BooleanFalse, BooleanTrue
 
 from ulna.base import FormulaError
-from ulna.symbolic.program.instructions import InstructionList, Operation
+from ulna.program import InstructionList, Operation
 
 DIGITS = 40
 """Decimal digits to which an irrational constant is evaluated before it is rounded to a double."""

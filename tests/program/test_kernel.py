@@ -17,12 +17,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ulna.base import FormulaError, SimulationError
-from ulna.symbolic.program.instructions import Operation
-from ulna.symbolic.program.kernel import kernel, restricted
-from ulna.symbolic.program.lowering.casadi import to_casadi
-from ulna.symbolic.program.lowering.heyoka import to_heyoka
-from ulna.symbolic.program.lowering.numpy import to_numpy
-from ulna.symbolic.program.lowering.python_source import to_python, to_python_source
+from ulna.program import Operation, restricted, to_numpy, to_python, to_python_source
+from ulna.program.lowering.casadi import to_casadi
+from ulna.program.lowering.heyoka import to_heyoka
+from ulna.symbolic.compiling import kernel
 
 x, y, z = sp.symbols("x y z", real=True)
 third = sp.Rational(1, 3)
@@ -234,7 +232,7 @@ def _near_a_jump(tree: sp.Expr, values: dict[Any, Any]) -> bool:
 
 def test_kernels_are_the_same_in_every_process() -> None:
     code = (
-        "import sympy as sp\nfrom ulna.symbolic.program.kernel import kernel\n"
+        "import sympy as sp\nfrom ulna.symbolic.compiling import kernel\n"
         "x, y, z = sp.symbols('x y z', real=True)\n"
         "print(kernel('k', (x, y, z), {'a': sp.Min(x, y*z, sp.Max(x*y, z)) + x*y*sp.sin(z) + z**2/3}).instructions)"
     )

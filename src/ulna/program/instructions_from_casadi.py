@@ -7,8 +7,8 @@ from functools import cache
 from typing import Any
 
 from ulna.base import FormulaError
-from ulna.symbolic.program.instructions import InstructionList, Operation, pruned
-from ulna.symbolic.program.kernel import Kernel, check_names
+from ulna.program.instructions import InstructionList, Operation, pruned
+from ulna.program.kernel import Kernel, check_names
 
 _SAME_NAME = (
     *("ADD", "SUB", "MUL", "DIV", "NEG", "SQRT", "EXP", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "ATAN2"),

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ulna.symbolic.program.instructions import Instruction, InstructionList, Operation, pruned
-from ulna.symbolic.program.kernel import Kernel
+from ulna.program.instructions import Instruction, InstructionList, Operation, pruned
+from ulna.program.kernel import Kernel
 
 HOISTED = "hoisted_"
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ulna.symbolic.program.instructions import InstructionList, pruned
-from ulna.symbolic.program.kernel import Kernel
-from ulna.symbolic.program.series import SeriesRules
+from ulna.program.instructions import InstructionList, pruned
+from ulna.program.kernel import Kernel
+from ulna.program.series import SeriesRules
 
 
 class FlowSeries:

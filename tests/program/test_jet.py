@@ -3,11 +3,8 @@ import pytest
 import sympy as sp
 
 from ulna.base import UlnaError
-from ulna.symbolic.program.jet import lie_derivatives
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.linear_kernel import joined, solved
-from ulna.symbolic.program.lowering.numpy import to_numpy
-from ulna.symbolic.program.tangent import at_zero, tangents
+from ulna.program import at_zero, joined, lie_derivatives, solved, tangents, to_numpy
+from ulna.symbolic.compiling import kernel
 
 x, y, u = sp.symbols("x y u", real=True)
 FIELD = (sp.sin(x) * y + sp.exp(-x) * sp.sqrt(1 + y**2), sp.cos(x * y) / (2 + x**2) + sp.log(3 + x) + u)

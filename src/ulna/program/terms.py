@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ulna.symbolic.program.instructions import InstructionList, Operation
+from ulna.program.instructions import InstructionList, Operation
 
 Term = tuple[int | None, float]
 """(index of a value, factor): factor · value, the factor alone where the index is None. None instead of a term is 0."""

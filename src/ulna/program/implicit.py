@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.base import UlnaError
-from ulna.symbolic.program.factored import AbstractFactored, Entry, factored
-from ulna.symbolic.program.instructions import Operation, pruned
-from ulna.symbolic.program.kernel import Kernel
-from ulna.symbolic.program.lowering.numpy import to_numpy
-from ulna.symbolic.program.series import SeriesRules
-from ulna.symbolic.program.terms import ONE, Term, Terms, negative
+from ulna.program.factored import AbstractFactored, Entry, factored
+from ulna.program.instructions import Operation, pruned
+from ulna.program.kernel import Kernel
+from ulna.program.lowering.numpy import to_numpy
+from ulna.program.series import SeriesRules
+from ulna.program.terms import ONE, Term, Terms, negative
 
 _SEED = 8713
 _POINTS = 3

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 
 from ulna.base import UlnaError
-from ulna.symbolic.program.instructions import Instruction, InstructionList, Operation, pruned
-from ulna.symbolic.program.kernel import Kernel, copied
+from ulna.program.instructions import Instruction, InstructionList, Operation, pruned
+from ulna.program.kernel import Kernel, copied
 
 
 def tangents(original: Kernel, along: Sequence[str]) -> Kernel:

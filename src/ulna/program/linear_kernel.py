@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ulna.symbolic.program.factored import factored
-from ulna.symbolic.program.instructions import InstructionList, pruned
-from ulna.symbolic.program.kernel import Kernel, copied
-from ulna.symbolic.program.terms import Terms
+from ulna.program.factored import factored
+from ulna.program.instructions import InstructionList, pruned
+from ulna.program.kernel import Kernel, copied
+from ulna.program.terms import Terms
 
 
 def joined(name: str, parts: Sequence[Kernel], extra_inputs: Sequence[str] = ()) -> Kernel:

@@ -8,8 +8,8 @@ from typing import Any
 import heyoka as hy
 
 from ulna.base import SimulationError
-from ulna.symbolic.program.instructions import Operation
-from ulna.symbolic.program.kernel import Kernel
+from ulna.program.instructions import Operation
+from ulna.program.kernel import Kernel
 
 
 def _minimum(a: Any, b: Any) -> Any:

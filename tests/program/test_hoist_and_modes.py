@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from ulna.symbolic.program.hoist import hoist
-from ulna.symbolic.program.instructions import Operation
-from ulna.symbolic.program.kernel import kernel
-from ulna.symbolic.program.lowering.python_source import to_python
-from ulna.symbolic.program.modes import with_modes
+from ulna.program import Operation, hoist, to_python, with_modes
+from ulna.symbolic.compiling import kernel
 
 x, y, a, b = sp.symbols("x y a b", real=True)
 OUTPUTS = {

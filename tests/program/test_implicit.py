@@ -9,13 +9,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ulna.base import FormulaError, PlantError, UlnaError
-from ulna.symbolic.program.factored import factored
-from ulna.symbolic.program.implicit import ImplicitKernel
-from ulna.symbolic.program.instructions import InstructionList, Operation, pruned
-from ulna.symbolic.program.jet import explicit, lie_derivatives, open_derivatives
-from ulna.symbolic.program.kernel import Kernel, kernel, without_inputs
-from ulna.symbolic.program.lowering.numpy import to_numpy
-from ulna.symbolic.program.terms import Terms
+from ulna.program import (
+    ImplicitKernel,
+    InstructionList,
+    Kernel,
+    Operation,
+    Terms,
+    explicit,
+    factored,
+    lie_derivatives,
+    open_derivatives,
+    pruned,
+    to_numpy,
+    without_inputs,
+)
+from ulna.symbolic.compiling import kernel
 from ulna.symbolic.solving.affine import solve_affine
 
 x, y, u, a, b, c = sp.symbols("x y u a b c", real=True)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ulna.symbolic.program.instructions import Instruction, Operation
-from ulna.symbolic.program.kernel import Kernel
+from ulna.program.instructions import Instruction, Operation
+from ulna.program.kernel import Kernel
 
 INDENT = "    "
 

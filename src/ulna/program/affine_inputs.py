@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ulna.base import UlnaError
-from ulna.symbolic.program.factored import SMALL, factored
-from ulna.symbolic.program.instructions import Instruction, InstructionList, Operation, pruned
-from ulna.symbolic.program.kernel import Kernel, without_inputs
-from ulna.symbolic.program.lowering.numpy import to_numpy
-from ulna.symbolic.program.terms import ONE, Term, Terms, negative
+from ulna.program.factored import SMALL, factored
+from ulna.program.instructions import Instruction, InstructionList, Operation, pruned
+from ulna.program.kernel import Kernel, without_inputs
+from ulna.program.lowering.numpy import to_numpy
+from ulna.program.terms import ONE, Term, Terms, negative
 
 _SMALL = 1e-2
 """Size of a sampled coefficient beside the largest of its row below which it is no pivot: rounding errors grow by as

@@ -1,0 +1,53 @@
+"""`Kernel`: a function as one list of instructions, its transforms, and its lowerings; no computer algebra."""
+
+from ulna.program.affine_inputs import solved_for_inputs
+from ulna.program.factored import factored
+from ulna.program.flow_series import FlowSeries
+from ulna.program.hoist import HOISTED, Hoisted, hoist
+from ulna.program.implicit import ImplicitKernel
+from ulna.program.instructions import InstructionList, Operation, pruned
+from ulna.program.instructions_from_casadi import kernel_from_casadi
+from ulna.program.jet import explicit, lie_derivatives, open_derivatives
+from ulna.program.kernel import Kernel, restricted, without_inputs
+from ulna.program.linear_kernel import joined, solved
+from ulna.program.lowering.numpy import to_numpy
+from ulna.program.lowering.python_source import TEMPLATES, literal, to_python, to_python_source
+from ulna.program.modes import MODE, Moded, with_modes
+from ulna.program.second_slopes import BITS, second_slopes
+from ulna.program.tangent import at_zero, tangents
+from ulna.program.terms import Terms
+
+__all__ = [
+    "BITS",
+    "HOISTED",
+    "MODE",
+    "TEMPLATES",
+    "FlowSeries",
+    "Hoisted",
+    "ImplicitKernel",
+    "InstructionList",
+    "Kernel",
+    "Moded",
+    "Operation",
+    "Terms",
+    "at_zero",
+    "explicit",
+    "factored",
+    "hoist",
+    "joined",
+    "kernel_from_casadi",
+    "lie_derivatives",
+    "literal",
+    "open_derivatives",
+    "pruned",
+    "restricted",
+    "second_slopes",
+    "solved",
+    "solved_for_inputs",
+    "tangents",
+    "to_numpy",
+    "to_python",
+    "to_python_source",
+    "with_modes",
+    "without_inputs",
+]

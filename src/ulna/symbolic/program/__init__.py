@@ -1,1 +1,0 @@
-"""`Kernel`: expressions as one list of instructions, its transforms, and its lowerings."""
