@@ -48,6 +48,12 @@ def test_the_papers_law_comes_out_exactly():
     assert law.gains == sp.Matrix([[128, 48, 12]])
 
 
+def test_a_plant_and_a_list_of_poles_are_enough_for_a_law():
+    short = state_feedback(ARM, [-2, -3, -4])
+    assert short.expressions == state_feedback(controller_form(ARM), Poles(-2, -3, -4)).expressions
+    assert short.polynomials == ((24, 26, 9),)
+
+
 def test_the_loop_has_the_poles_of_law_and_observer_together():
     law = state_feedback(controller_form(ARM), LAW_POLES)
     observer = exact_observer(observer_form(ARM), Poles(-9, -10, -11))
@@ -118,7 +124,7 @@ def test_a_law_that_divides_by_zero_at_the_operating_point_says_so():
 
 
 def test_linear_quadratic_gains_stabilise_each_chain():
-    loop = close_loop(ARM, state_feedback(controller_form(ARM), LinearQuadratic(state_weights=(100.0, 1.0))))
+    loop = close_loop(ARM, state_feedback(controller_form(ARM), LinearQuadratic(state_weights=(100, 1, 1))))
     assert all(p.real < 0 for p in rest_point(loop.system, {"i": -15}).poles)
 
 

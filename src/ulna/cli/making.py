@@ -29,7 +29,8 @@ Weights = Annotated[
     typer.Option(
         "--lqr",
         metavar="Q1,…:R",
-        help="Instead of poles: linear-quadratic weights of each chain's coordinates and of its input: '100,1,1:1'.",
+        help="Instead of poles: linear-quadratic weights, one per coordinate of each chain (or one for all), and of "
+        "the new inputs: '100,1,1:1'.",
         rich_help_panel=_LAW,
     ),
 ]
@@ -250,7 +251,7 @@ def _gains(options: DesignOptions) -> AbstractGainRule:
         from ulna.base import DesignError
 
         raise DesignError(f"--lqr '{options.lqr}'", f"{len(weight)} weights of the new input.", "Give one after ':'.")
-    return LinearQuadratic(state_weights=tuple(states), input_weight=weight[0])
+    return LinearQuadratic(state_weights=states, input_weight=weight[0])
 
 
 def _observer(system: System, options: DesignOptions) -> Observer:

@@ -6,10 +6,11 @@ import math
 import re
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from itertools import accumulate
+from typing import Any, TypeVar
 
 import numpy as np
 import sympy as sp
@@ -19,6 +20,7 @@ from ulna.symbolic.formulas.parse import parse_formula
 from ulna.symbolic.formulas.text import exact, formula
 
 PoleLike = int | float | complex | str | Fraction | sp.Expr
+_T = TypeVar("_T")
 
 
 class AbstractGainRule(ABC):
@@ -39,7 +41,7 @@ class AbstractGainRule(ABC):
 
 @dataclass(frozen=True, slots=True, init=False)
 class Poles(AbstractGainRule):
-    """Poles to place, exact: `Poles(-2+3.46j, -2-3.46j, -8)`.
+    """Poles to place, exact: `Poles(-2+3.46j, -2-3.46j, -8)`, `Poles([-9, -10, -11])` or `Poles("-9, -10, -11")`.
 
     Numbers are taken by their decimal text; text such as `"-2+2*sqrt(3)*j"` is read as a formula. With several
     chains the poles are dealt out in order, so list each chain's poles together.
@@ -50,20 +52,14 @@ class Poles(AbstractGainRule):
 
     values: tuple[sp.Expr, ...]
 
-    def __init__(self, *poles: PoleLike) -> None:
-        values = tuple(_pole(p) for p in poles)
+    def __init__(self, *poles: PoleLike | Iterable[PoleLike]) -> None:
+        values = tuple(_pole(single) for given in poles for single in _listed(given))
         object.__setattr__(self, "values", values)
         _require_conjugates(values)
 
     def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
         """The polynomials with these poles as roots, dealt out chain by chain; warns of unstable ones."""
-        if len(self.values) != sum(orders):
-            chains = f" in chains of {', '.join(map(str, orders))}" if len(orders) > 1 else ""
-            raise DesignError(
-                "poles",
-                f"{len(self.values)} given ({self}), {sum(orders)} needed{chains}.",
-                "Give one pole per state of each chain.",
-            )
+        dealt = _dealt(self.values, orders, "poles", str(self))
         unstable = [formula(p) for p in self.values if float(sp.re(p)) >= 0]
         if unstable:
             warnings.warn(
@@ -71,57 +67,89 @@ class Poles(AbstractGainRule):
                 UlnaWarning,
                 stacklevel=2,
             )
-        result, start = [], 0
-        for order in orders:
-            group = self.values[start : start + order]
-            if len(orders) > 1:
-                _require_conjugates(group)
-            result.append(_polynomial(group))
-            start += order
-        return tuple(result)
+        for group in dealt if len(orders) > 1 else ():
+            _require_conjugates(group)
+        return tuple(_polynomial(group) for group in dealt)
 
     def __str__(self) -> str:
         return ", ".join(formula(p).replace("I", "j") for p in self.values)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, init=False)
 class LinearQuadratic(AbstractGainRule):
-    """Linear-quadratic weights on each chain: minimises ∫ zᵀ diag(state_weights) z + input_weight v² dt.
+    """Linear-quadratic weights: minimises ∫ zᵀ diag(state_weights) z + input_weight v² dt on each chain.
 
     Attributes:
-        state_weights: one weight per coordinate of a chain, cyclically reused; nonnegative, the first positive.
-        input_weight: positive weight of the new input v.
+        state_weights: a single weight for every coordinate, or one for each, dealt out chain after chain as poles are
+            (with integral action, the integral in front of its chain). No other number is accepted. Nonnegative; that
+            of each chain's first coordinate positive.
+        input_weight: positive weight of every new input v.
 
     The gains are the nearest short rationals of the Riccati solution (SciPy), so that designs stay exact after it.
+
+    Raises:
+        DesignError: for weights that are no numbers or of the wrong sign.
     """
 
-    state_weights: tuple[float, ...] = (1.0,)
-    input_weight: float = 1.0
+    state_weights: tuple[float, ...]
+    input_weight: float
 
-    def __post_init__(self) -> None:
+    def __init__(self, *, state_weights: float | Iterable[float] = 1.0, input_weight: float = 1.0) -> None:
+        given = state_weights if isinstance(state_weights, Iterable) else (state_weights,)
+        object.__setattr__(self, "state_weights", tuple(float(weight) for weight in given))
+        object.__setattr__(self, "input_weight", float(input_weight))
         weights = (*self.state_weights, self.input_weight)
-        usable = self.state_weights and self.state_weights[0] > 0 and all(0 <= w < math.inf for w in weights)
-        if not usable or self.input_weight == 0:
-            raise DesignError(
-                "linear-quadratic weights",
-                f"state_weights={self.state_weights}, input_weight={self.input_weight}.",
-                "The first state weight and the input weight must be positive, the others nonnegative, all finite.",
-            )
+        if not self.state_weights or not all(0 <= w < math.inf for w in weights) or not weights[0] * weights[-1]:
+            raise self._unusable()
 
     def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
         """The optimal closed-loop polynomial of every chain."""
-        return tuple(self._chain(order) for order in orders)
+        shown = ", ".join(f"{weight:g}" for weight in self.state_weights)
+        each = self.state_weights * (sum(orders) if len(self.state_weights) == 1 else 1)
+        dealt = _dealt(each, orders, "weights", shown)
+        if not all(chain[0] for chain in dealt):
+            raise self._unusable()
+        return tuple(self._chain(chain) for chain in dealt)
 
-    def _chain(self, order: int) -> tuple[sp.Expr, ...]:
+    def _unusable(self) -> DesignError:
+        return DesignError(
+            "linear-quadratic weights",
+            f"state_weights={self.state_weights}, input_weight={self.input_weight}.",
+            "The input weight and the weight of each chain's first coordinate must be positive, the others zero or "
+            "more, all finite.",
+        )
+
+    def _chain(self, weights: Sequence[float]) -> tuple[sp.Expr, ...]:
         from scipy.linalg import solve_continuous_are
 
-        shift = np.eye(order, k=1)
+        order = len(weights)
         last = np.zeros((order, 1))
         last[-1, 0] = 1.0
-        weights = [self.state_weights[min(k, len(self.state_weights) - 1)] for k in range(order)]
-        riccati = solve_continuous_are(shift, last, np.diag(weights), np.array([[self.input_weight]]))
+        riccati = solve_continuous_are(np.eye(order, k=1), last, np.diag(weights), np.array([[self.input_weight]]))
         gains = (last.T @ riccati / self.input_weight).ravel()
         return tuple(exact(float(f"{gain:.12g}")) for gain in gains)
+
+
+def gain_rule(given: AbstractGainRule | PoleLike | Iterable[PoleLike]) -> AbstractGainRule:
+    """A gain rule as it is; poles in a list, an array or a text as `Poles`.
+
+    Raises:
+        DesignError: for what is no pole.
+    """
+    return given if isinstance(given, AbstractGainRule) else Poles(given)
+
+
+def _dealt(values: Sequence[_T], orders: Sequence[int], what: str, shown: str) -> list[Sequence[_T]]:
+    """The values chain by chain."""
+    if len(values) != sum(orders):
+        chains = f" in chains of {', '.join(map(str, orders))}" if len(orders) > 1 else ""
+        raise DesignError(
+            what,
+            f"{len(values)} given ({shown}), {sum(orders)} needed{chains}.",
+            f"Give one of the {what} for each coordinate of each chain.",
+        )
+    ends = list(accumulate(orders))
+    return [values[end - order : end] for end, order in zip(ends, orders, strict=True)]
 
 
 def roots_of(polynomials: Sequence[Sequence[sp.Expr]]) -> tuple[complex, ...]:
@@ -155,6 +183,13 @@ def _require_conjugates(poles: Sequence[sp.Expr]) -> None:
             wanted = formula(sp.conjugate(pole)).replace("I", "j")
             raise DesignError(f"pole {shown}", "its complex conjugate is missing.", f"Add {wanted} beside it.")
         rest.remove(partner)
+
+
+def _listed(given: PoleLike | Iterable[PoleLike]) -> Iterable[PoleLike]:
+    """Single poles: an array or list entry by entry, a text divided at its commas."""
+    if isinstance(given, str):
+        return given.split(",")
+    return given if isinstance(given, Iterable) else (given,)
 
 
 def _pole(value: Any) -> sp.Expr:

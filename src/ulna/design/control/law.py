@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import sympy as sp
 
 from ulna.base.errors import DesignError, UlnaWarning
-from ulna.design.control.gains import AbstractGainRule
+from ulna.design.control.gains import AbstractGainRule, PoleLike, gain_rule
 from ulna.design.control.reference import AbstractReference, ReferenceChain, Regulate
+from ulna.design.forms.controller_form import controller_form
 from ulna.symbolic.exact.simplify import shortened
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.formulas.text import formula, listing
@@ -92,8 +94,8 @@ class Law:
 
 
 def state_feedback(
-    form: LinearisingForm,
-    gains: AbstractGainRule,
+    form: LinearisingForm | System,
+    gains: AbstractGainRule | PoleLike | Iterable[PoleLike],
     *,
     reference: AbstractReference | None = None,
     integral: bool = False,
@@ -101,22 +103,25 @@ def state_feedback(
     """The law that gives every chain the characteristic polynomial of the gain rule.
 
     Args:
-        form: controller form or input-output form.
-        gains: `Poles(...)` or `LinearQuadratic(...)`; with `integral`, one more pole per chain.
+        form: controller form or input-output form; a plant stands for its controller form.
+        gains: poles (`Poles(...)`, a list, a text) or `LinearQuadratic(...)`; with `integral`, one more per chain.
         reference: `Regulate()` (default, the paper's), `SetPoint()` or `Track()`.
         integral: add ∫(z₁ − z_ref) dt to every chain, which removes constant offsets.
 
     Raises:
         DesignError: if the gain rule does not fit the chains.
+        NoFormError: if a plant has no controller form.
 
     Warns:
         UlnaWarning: if β is singular at the operating point, where the law divides by zero.
     """
+    if isinstance(form, System):
+        form = controller_form(form)
     if not form.indices:
         raise DesignError(f"a law for '{form.system.name}'", "the plant has no inputs.")
     _warn_if_singular(form)
     extra = 1 if integral else 0
-    polynomials = gains.polynomials([r + extra for r in form.indices])
+    polynomials = gain_rule(gains).polynomials([r + extra for r in form.indices])
     chains = [
         (reference or Regulate()).chain(form.system, output, k, r)
         for k, (output, r) in enumerate(zip(form.outputs, form.indices, strict=True))
