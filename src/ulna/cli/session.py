@@ -8,7 +8,6 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import typer
@@ -53,14 +52,9 @@ def plant(name: str) -> System:
     Raises:
         UlnaError: if it is neither.
     """
-    path = Path(name)
-    if path.suffix in (".toml", ".json") or path.is_file():
-        from ulna.system.file import read_system
+    from ulna.models import as_plant
 
-        return read_system(path)
-    from ulna.models.catalogue import model
-
-    return model(name)
+    return as_plant(name)
 
 
 def chosen(kind: Callable[..., Options], given: Mapping[str, Any]) -> Options:

@@ -10,7 +10,7 @@ from ulna.models.anthropometry import (
 )
 from ulna.models.arm import Brake, Forearm, Friction, SelfLocking, measured_forearm, rod
 from ulna.models.battery import Battery, voltage_range
-from ulna.models.catalogue import Model, model, models
+from ulna.models.catalogue import Model, as_plant, model, models
 from ulna.models.drive import BackDriven
 from ulna.models.driven_arm import DrivenArm, arm_with_drive, driven_arm, with_meters
 from ulna.models.load_estimate import LoadEstimate, load_estimate
@@ -37,6 +37,7 @@ __all__ = [
     "TorqueMargin",
     "anthropometric_forearm",
     "arm_with_drive",
+    "as_plant",
     "body_segments",
     "driven_arm",
     "hold",

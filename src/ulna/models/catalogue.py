@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,12 +10,12 @@ from decimal import Decimal
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from ulna.base.errors import PlantError
-from ulna.system.schema import system_from_mapping
-from ulna.system.system import System
+from ulna.system import System, SystemLike, as_system, read_system, system_from_mapping
 
 _FOLDERS = ("data", "textbook")
 
@@ -58,6 +59,22 @@ def models() -> tuple[Model, ...]:
         answers = MappingProxyType(dict(entry.get("answers", {})))
         rows.append(Model(name=name, text=text, teaches=entry.get("teaches", ""), source=source, answers=answers))
     return tuple(rows)
+
+
+def as_plant(given: SystemLike | str | os.PathLike[str]) -> System:
+    """The plant that is meant: by its name in the catalogue, by its file, or as in `as_system`.
+
+    A text that ends in .toml or .json, or is the path of a file, is a file; any other is a name.
+
+    Raises:
+        PlantError: for an unknown name, a file that cannot be read, or a value of another kind.
+    """
+    if not isinstance(given, str | os.PathLike):
+        return as_system(given)
+    path = Path(given)
+    if isinstance(given, os.PathLike) or path.suffix in (".toml", ".json") or path.is_file():
+        return read_system(path)
+    return model(given)
 
 
 @cache

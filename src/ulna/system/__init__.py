@@ -4,6 +4,7 @@ from ulna.system.affine import ControlAffine, control_affine, non_smooth_terms
 from ulna.system.connect import connect
 from ulna.system.equilibria import Equilibria, Equilibrium, equilibria
 from ulna.system.file import read_system, write_system
+from ulna.system.holder import HasSystem, SystemLike, as_system
 from ulna.system.linear_injection import LinearInjection
 from ulna.system.linearise import Linearisation, linearise
 from ulna.system.operating_point import OperatingPoint, operating_point
@@ -17,6 +18,7 @@ __all__ = [
     "Definition",
     "Equilibria",
     "Equilibrium",
+    "HasSystem",
     "LinearInjection",
     "Linearisation",
     "OperatingPoint",
@@ -24,6 +26,8 @@ __all__ = [
     "RestPoint",
     "Signal",
     "System",
+    "SystemLike",
+    "as_system",
     "connect",
     "control_affine",
     "equilibria",

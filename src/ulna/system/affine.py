@@ -10,6 +10,7 @@ import sympy as sp
 from ulna.base.errors import NotAffineError, PlantError
 from ulna.symbolic.exact.zero import is_zero
 from ulna.symbolic.formulas.text import formula
+from ulna.system.holder import SystemLike, as_system
 from ulna.system.system import System
 
 
@@ -40,13 +41,17 @@ NON_SMOOTH = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.floor, sp.ceiling, sp.Heavisid
 """Functions without the derivatives that vector-field methods need."""
 
 
-@lru_cache(maxsize=64)
-def control_affine(system: System) -> ControlAffine:
+def control_affine(system: SystemLike) -> ControlAffine:
     """The control-affine view of a system.
 
     Raises:
         NotAffineError: if a rate is not affine in the inputs or an output depends on them; shows the term.
     """
+    return _control_affine(as_system(system))
+
+
+@lru_cache(maxsize=64)
+def _control_affine(system: System) -> ControlAffine:
     u = system.input_symbols
     rates = sp.Matrix(system.inline(system.rates))
     readouts = sp.Matrix(len(system.readouts), 1, system.inline(system.readouts))

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ulna.base.errors import PlantError
+from ulna.system.holder import SystemLike, as_system
 from ulna.system.signal import Definition, Parameter, Signal
 from ulna.system.system import System
 
@@ -25,7 +26,7 @@ class _Part:
 
 
 def connect(
-    parts: Mapping[str, System],
+    parts: Mapping[str, SystemLike],
     wires: Mapping[str, str],
     *,
     outputs: Sequence[str],
@@ -46,7 +47,7 @@ def connect(
     Raises:
         PlantError: for an unknown end of a wire or an algebraic loop (the signals are named).
     """
-    placed = _place(parts)
+    placed = _place({key: as_system(part) for key, part in parts.items()})
     sources = {f"{key}.{o.name}": (key, i) for key, part in placed.items() for i, o in enumerate(part.system.outputs)}
     externals: dict[str, Signal] = {}
     wired: dict[tuple[str, str], tuple[str, int]] = {}

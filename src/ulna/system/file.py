@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ulna.base.errors import PlantError
+from ulna.system.holder import SystemLike
 from ulna.system.schema import system_from_mapping, system_to_mapping
 from ulna.system.system import System
 
@@ -34,7 +35,7 @@ def read_system(path: str | os.PathLike[str]) -> System:
     return system_from_mapping(_toml(text, place), where=str(place))
 
 
-def write_system(system: System, path: str | os.PathLike[str]) -> None:
+def write_system(system: SystemLike, path: str | os.PathLike[str]) -> None:
     """Write a plant file that reads back to the same system; the file appears whole or not at all."""
     place = Path(path)
     data = system_to_mapping(system)

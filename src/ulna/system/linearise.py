@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ulna.system.holder import SystemLike, as_system
 from ulna.system.system import System
 
 
@@ -27,8 +28,9 @@ class Linearisation:
     D: sp.ImmutableDenseMatrix
 
 
-def linearise(system: System, point: Mapping[sp.Symbol, sp.Expr]) -> Linearisation:
+def linearise(system: SystemLike, point: Mapping[sp.Symbol, sp.Expr]) -> Linearisation:
     """The Jacobians of rates and readouts at a point (symbols not in `point` stay)."""
+    system = as_system(system)
     rates, readouts = (
         sp.Matrix(system.inline(system.rates)),
         sp.Matrix(len(system.readouts), 1, system.inline(system.readouts)),

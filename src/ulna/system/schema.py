@@ -15,6 +15,7 @@ from ulna.base.units import unit
 from ulna.symbolic.formulas.parse import parse_formula
 from ulna.symbolic.formulas.text import exact, formula
 from ulna.system.dimensions import check_dimensions
+from ulna.system.holder import SystemLike, as_system
 from ulna.system.signal import Definition, Parameter, Signal
 from ulna.system.system import System
 
@@ -65,8 +66,9 @@ def system_from_mapping(data: Mapping[str, Any], *, where: str = "plant") -> Sys
     return system
 
 
-def system_to_mapping(system: System) -> dict[str, Any]:
+def system_to_mapping(system: SystemLike) -> dict[str, Any]:
     """The mapping that `system_from_mapping` reads back to the same system."""
+    system = as_system(system)
     data: dict[str, Any] = {"format": 1, "name": system.name}
     data |= {key: value for key in ("text", "source") if (value := getattr(system, key))}
     data |= {} if _dimensions_fit(system) else {"dimensions": "unchecked"}
