@@ -15,7 +15,7 @@ from ulna.base import Verdict, all_of
 from ulna.geometry.distribution import Distribution, generic_basis, involutive
 from ulna.geometry.lie import Scalar, expression, lie_derivative
 from ulna.geometry.representative import simplest_function_of, without_arcsines
-from ulna.symbolic.exact.budget import BudgetExceeded, time_budget
+from ulna.symbolic.exact.budget import time_budget
 from ulna.symbolic.exact.elimination import vanishes
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.zero import is_zero
@@ -64,15 +64,14 @@ def first_integrals(
     found: list[Expr] = []
     search = LeafSearch(fields=basis.fields, coordinates=span.coordinates, point=point, hints=tuple(hints))
     reason = "every method came to its end"
-    try:
-        with time_budget(seconds):
-            _collect(search.cheap_candidates(), found, wanted, basis, point)
-            if len(found) < wanted:
-                involution = involutive(basis)
-                if involution.fails:
-                    return _refused(span, wanted, involution)
-                _collect(search.candidates(wanted), found, wanted, basis, point)
-    except BudgetExceeded:
+    with time_budget(seconds) as budget:
+        _collect(search.cheap_candidates(), found, wanted, basis, point)
+        if len(found) < wanted:
+            involution = involutive(basis)
+            if involution.fails:
+                return _refused(span, wanted, involution)
+            _collect(search.candidates(wanted), found, wanted, basis, point)
+    if budget.ran_out:
         reason = f"out of time after {seconds:g} s"
     functions = tuple(found)
     if len(found) == wanted:

@@ -20,7 +20,7 @@ from ulna.geometry.representative import (
     without_arcsines,
     without_offset,
 )
-from ulna.symbolic.exact.budget import BudgetExceeded, time_budget
+from ulna.symbolic.exact.budget import time_budget
 from ulna.symbolic.exact.elimination import normal, vanishes
 from ulna.symbolic.exact.zero import is_zero
 from ulna.symbolic.integration import integrating_factor as factors
@@ -82,20 +82,19 @@ def integrate(
     search = FormSearch(components=components, coordinates=coordinates, hints=tuple(hints), point=point)
     tried: list[str] = []
     integrable: Verdict | None = None
-    try:
-        with time_budget(seconds):
-            for method, candidate in search.cheap_candidates(tried):
-                found = _accepted(form, candidate, method, point)
-                if found is not None:
-                    return found
-            integrable = frobenius(form)
-            if integrable.fails:
-                return _none(form, Verdict.refuted(_CLAIM, **{**integrable.evidence, "because": integrable.claim}))
-            for method, candidate in search.candidates(tried):
-                found = _accepted(form, candidate, method, point)
-                if found is not None:
-                    return found
-    except BudgetExceeded:
+    with time_budget(seconds) as budget:
+        for method, candidate in search.cheap_candidates(tried):
+            found = _accepted(form, candidate, method, point)
+            if found is not None:
+                return found
+        integrable = frobenius(form)
+        if integrable.fails:
+            return _none(form, Verdict.refuted(_CLAIM, **{**integrable.evidence, "because": integrable.claim}))
+        for method, candidate in search.candidates(tried):
+            found = _accepted(form, candidate, method, point)
+            if found is not None:
+                return found
+    if budget.ran_out:
         tried.append(f"out of time after {seconds:g} s")
     return _none(form, Verdict.undecided(_CLAIM, tried=tuple(tried), frobenius=integrable))
 
@@ -114,17 +113,16 @@ def exact_potential(form: OneForm, *, near: Mapping[Symbol, Scalar] | None = Non
     if exact.fails:
         return _none(form, Verdict.refuted(claim, **{**exact.evidence, "because": exact.claim}))
     tried = ("potential in a space of functions", "quadrature")
-    try:
-        with time_budget(seconds):
-            for method, candidate in zip(tried, potentials(form.components, form.coordinates, point), strict=False):
-                if candidate is None:
-                    continue
-                value = without_offset(real_logarithms(candidate, point), point)
-                slopes = zip(form.coordinates, form.components, strict=True)
-                verdict = all_of(claim, [is_zero(value.diff(x) - w) for x, w in slopes])
-                if verdict.holds:
-                    return Potential(form=form, value=value, factor=Integer(1), method=method, verdict=verdict)
-    except BudgetExceeded:
+    with time_budget(seconds) as budget:
+        for method, candidate in zip(tried, potentials(form.components, form.coordinates, point), strict=False):
+            if candidate is None:
+                continue
+            value = without_offset(real_logarithms(candidate, point), point)
+            slopes = zip(form.coordinates, form.components, strict=True)
+            verdict = all_of(claim, [is_zero(value.diff(x) - w) for x, w in slopes])
+            if verdict.holds:
+                return Potential(form=form, value=value, factor=Integer(1), method=method, verdict=verdict)
+    if budget.ran_out:
         tried = (*tried, f"out of time after {seconds:g} s")
     return _none(form, Verdict.undecided(claim, tried=tried))
 

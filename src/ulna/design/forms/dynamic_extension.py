@@ -11,7 +11,7 @@ import sympy as sp
 from ulna.base.verdict import Status, Verdict
 from ulna.design.internal.base_point import base_point
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
-from ulna.symbolic.exact.budget import BudgetExceeded, time_budget
+from ulna.symbolic.exact.budget import time_budget
 from ulna.symbolic.exact.linear import in_span, solve_linear
 from ulna.symbolic.exact.rank import generic_rank, rank_at
 from ulna.symbolic.exact.simplify import tidy
@@ -104,11 +104,9 @@ def dynamic_extension(
         return _none(system, functions, refusal)
     start = _Stage(system=system, feedback=tuple(system.input_symbols), added=(), renamed=frozenset())
     limit = m * len(system.states)
-    try:
-        with time_budget(seconds):
-            return _extended(start, functions, limit)
-    except BudgetExceeded:
-        return _none(system, functions, Verdict.undecided(_CLAIM, reason=f"out of time after {seconds:g} s"))
+    with time_budget(seconds):
+        return _extended(start, functions, limit)
+    return _none(system, functions, Verdict.undecided(_CLAIM, reason=f"out of time after {seconds:g} s"))
 
 
 def _refusal(system: System, outputs: int) -> Verdict | None:

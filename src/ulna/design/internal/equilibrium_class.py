@@ -13,7 +13,7 @@ from ulna.base.errors import PlantError
 from ulna.base.verdict import Verdict
 from ulna.design.internal.base_point import base_point
 from ulna.design.internal.critical_class import BlockClass, StabilityClass, block_class
-from ulna.symbolic.exact.budget import BudgetExceeded, attempt, time_budget
+from ulna.symbolic.exact.budget import attempt, time_budget
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.solving.level_set import ball_at
 from ulna.symbolic.solving.root_location import eigenvalue_location
@@ -74,12 +74,10 @@ def equilibrium_class(
     if not system.states:
         verdict = Verdict.proved("the equilibrium is exponentially stable", reason="there are no states")
         return _answer(system, {}, StabilityClass.EXPONENTIAL, (), verdict)
-    try:
-        with time_budget(seconds):
-            return _classified(system, base_point(system).states if near is None else near)
-    except BudgetExceeded:
-        verdict = Verdict.undecided(_CLAIM, tried=f"out of time after {seconds:g} s")
-        return _answer(system, {}, StabilityClass.UNDECIDED, (), verdict)
+    with time_budget(seconds):
+        return _classified(system, base_point(system).states if near is None else near)
+    verdict = Verdict.undecided(_CLAIM, tried=f"out of time after {seconds:g} s")
+    return _answer(system, {}, StabilityClass.UNDECIDED, (), verdict)
 
 
 def _classified(system: System, near: Mapping[sp.Symbol, sp.Expr]) -> EquilibriumClass:

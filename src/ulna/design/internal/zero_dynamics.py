@@ -9,7 +9,7 @@ import sympy as sp
 
 from ulna.base.verdict import Verdict, all_of
 from ulna.design.internal.base_point import BasePoint, base_point
-from ulna.symbolic.exact.budget import BudgetExceeded, time_budget
+from ulna.symbolic.exact.budget import time_budget
 from ulna.symbolic.exact.linear import nullspace, solve_linear
 from ulna.symbolic.exact.rank import generic_rank, rank_at
 from ulna.symbolic.exact.simplify import tidy
@@ -127,8 +127,7 @@ def _at_set_point(system: System, held: tuple[sp.Expr, ...], seconds: float) -> 
             return _found(view, held, manifold, inputs)
     except _StoppedError as reason:
         return _none(system, held, manifold, reason.verdict)
-    except BudgetExceeded:
-        return _none(system, held, manifold, Verdict.undecided(_CLAIM, reason=f"out of time after {seconds:g} s"))
+    return _none(system, held, manifold, Verdict.undecided(_CLAIM, reason=f"out of time after {seconds:g} s"))
 
 
 def _held(view: ControlAffine, base: BasePoint) -> tuple[sp.Expr, ...]:

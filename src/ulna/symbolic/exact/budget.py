@@ -1,7 +1,8 @@
 """Time budgets for computer algebra: a step that takes too long is given up, nothing else is touched.
 
 `BudgetExceeded` derives from `BaseException`, because SymPy answers many of its own troubles with
-`except Exception` and would otherwise swallow the interruption and go on.
+`except Exception` and would otherwise swallow the interruption and go on. Nobody catches it but the budgets themselves:
+each knows whether it was its own time that ran out, so that an inner one never swallows an outer one.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ Result = TypeVar("Result")
 
 
 class BudgetExceeded(BaseException):
-    """The time of the innermost expired `time_budget` is spent."""
+    """The time of a `time_budget` is spent: on its way to the outermost one that is marked `spent`."""
 
 
 class _Stack(threading.local):
@@ -52,30 +53,37 @@ PATIENCE = float(os.environ.get("ULNA_PATIENCE", "1"))
 """Every time budget is multiplied by this: machines differ."""
 
 
-class time_budget:  # noqa: N801 - read as a verb: `with time_budget(0.5):`
-    """Raise `BudgetExceeded` inside the block once `seconds` have been worked; never after the block was left.
+class time_budget:  # noqa: N801 - read as a verb: `with time_budget(0.5) as budget:`
+    """Leave the block once `seconds` have been worked in it; `ran_out` tells so afterwards. Never acts outside.
 
     The clock is the thread's own CPU time (wall time on systems that do not show it to other threads), so that a busy
-    machine makes an answer late but not another one. Waiting costs nothing: algebra never waits. Budgets nest: the
-    tightest one fires first, an outer one goes on counting and is armed again afterwards.
+    machine makes an answer late but not another one. Waiting costs nothing: algebra never waits. Budgets nest: where an
+    outer one is spent, the inner ones are left as well and the outer one reports it.
     A main thread whose SIGALRM is free uses the interval timer of the process, any other thread a watcher that raises
     asynchronously. Both act between two Python instructions: one long call into compiled code is interrupted only when
     it returns. SIGINT is not touched.
 
     Args:
         seconds: s of CPU time of this thread; infinity for no limit.
+
+    Attributes:
+        ran_out: True once the block was left because this budget's own time was spent.
+        spent: True once an interruption was sent because of this budget. Whose time ran out is read from this mark,
+            never from the clock: another reading a moment later, by another thread, may differ.
     """
 
     def __init__(self, seconds: float) -> None:
         self.seconds = float(seconds) * PATIENCE
         self.deadline = math.inf
+        self.spent = False
+        self.ran_out = False
         self._clock = _thread_clock(threading.get_ident())
         self._watcher: _Watcher | None = None
 
     @property
-    def expired(self) -> bool:
-        """True once the time is spent."""
-        return self._clock() >= self.deadline
+    def left(self) -> float:
+        """s of CPU time until the time is spent."""
+        return self.deadline - self._clock()
 
     def __enter__(self) -> Self:
         self.deadline = self._clock() + self.seconds
@@ -85,29 +93,31 @@ class time_budget:  # noqa: N801 - read as a verb: `with time_budget(0.5):`
         if _signal_is_free():
             _arm_signal()
         else:
-            self._watcher = _Watcher(thread=threading.get_ident(), clock=self._clock, deadline=self.deadline)
+            self._watcher = _Watcher(self, thread=threading.get_ident())
             self._watcher.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    ) -> bool:
         while True:
             try:
-                self._leave(interrupted=isinstance(error, BudgetExceeded))
-                return
+                return self._leave(interrupted=isinstance(error, BudgetExceeded))
             except BudgetExceeded:
                 # It arrived while the block was being left: the work is done, so it must not come out.
                 continue
 
-    def _leave(self, *, interrupted: bool) -> None:
+    def _leave(self, *, interrupted: bool) -> bool:
         if self._watcher is not None:
             self._watcher.stop()
         if self in _stack.open:
             del _stack.open[_stack.open.index(self) :]
+        outer = any(one.spent for one in _stack.open)
         if self._watcher is None and not math.isinf(self.deadline):
             # An outer budget that is spent too is already on its way out with this exception.
-            _arm_signal(quiet=interrupted and any(outer.expired for outer in _stack.open))
+            _arm_signal(quiet=interrupted and outer)
+        self.ran_out = interrupted and self.spent and not outer
+        return self.ran_out
 
 
 def _thread_clock(thread: int) -> Callable[[], float]:
@@ -127,7 +137,7 @@ def _signal_is_free() -> bool:
 def _arm_signal(*, quiet: bool = False) -> None:
     """Set the process timer for the tightest open budget of the main thread, or give the signal back."""
     signal.setitimer(signal.ITIMER_REAL, 0.0)
-    left = min((one.deadline - one._clock() for one in _stack.open if one._watcher is None), default=math.inf)
+    left = min((one.left for one in _stack.open if one._watcher is None), default=math.inf)
     if math.isinf(left):
         if signal.getsignal(signal.SIGALRM) is _on_alarm:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
@@ -140,9 +150,12 @@ def _arm_signal(*, quiet: bool = False) -> None:
 
 
 def _on_alarm(_number: int, frame: FrameType | None) -> None:
-    if _is_own(frame) or not any(one.expired for one in _stack.open):
+    due = [one for one in _stack.open if one.left <= 0.0]
+    if not due or _is_own(frame):
         return
     if not _would_be_lost(frame):
+        for one in due:
+            one.spent = True
         raise BudgetExceeded
     signal.setitimer(signal.ITIMER_REAL, _SHORTEST, _REPEAT)
 
@@ -184,13 +197,12 @@ _PROTECTED = frozenset(
 
 
 class _Watcher(threading.Thread):
-    """Raises `BudgetExceeded` in another thread when the deadline passes, until it is stopped."""
+    """Interrupts another thread once the time of its budget is spent, until it is stopped."""
 
-    def __init__(self, *, thread: int, clock: Callable[[], float], deadline: float) -> None:
+    def __init__(self, budget: time_budget, *, thread: int) -> None:
         super().__init__(name="ulna time budget", daemon=True)
+        self._budget = budget
         self._target_thread = ctypes.c_ulong(thread)
-        self._clock = clock
-        self._deadline = deadline
         self._stopped = threading.Event()
         self._lock = threading.Lock()
 
@@ -200,16 +212,17 @@ class _Watcher(threading.Thread):
             with self._lock:
                 if self._stopped.is_set():
                     return
-                delay = max(self._deadline - self._clock(), _SHORTEST)
-                if delay > _SHORTEST:
-                    continue
+                left = self._budget.left
+                delay = max(left, _SHORTEST)
                 frame = sys._current_frames().get(self._target_thread.value)
-                if not _is_own(frame) and not _would_be_lost(frame):
-                    ctypes.pythonapi.PyThreadState_SetAsyncExc(self._target_thread, ctypes.py_object(BudgetExceeded))
-                    delay = _REPEAT
+                if left > 0.0 or _is_own(frame) or _would_be_lost(frame):
+                    continue
+                self._budget.spent = True
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(self._target_thread, ctypes.py_object(BudgetExceeded))
+                delay = _REPEAT
 
     def stop(self) -> None:
-        """No interruption arrives after this returns; one that is on its way is taken back."""
+        """No interruption arrives after this returns; one that is on its way is taken back, an outer one repeats it."""
         self._stopped.set()
         with self._lock:
             ctypes.pythonapi.PyThreadState_SetAsyncExc(self._target_thread, None)
@@ -267,12 +280,9 @@ def attempt_expecting(
     try:
         with time_budget(seconds):
             value = function(*arguments, **keywords)
-    except BudgetExceeded:
-        if any(outer.expired for outer in _stack.open):
-            raise
-        return Attempt(value=None, ran_out=True, reason=f"{what}: no answer within {seconds:g} s")
+            return Attempt(value=value, ran_out=False, reason="")
     except UlnaError:
         raise
     except failures as error:
         return Attempt(value=None, ran_out=False, reason=f"{what}: {type(error).__name__}: {error}")
-    return Attempt(value=value, ran_out=False, reason="")
+    return Attempt(value=None, ran_out=True, reason=f"{what}: no answer within {seconds:g} s")
