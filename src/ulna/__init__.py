@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from ulna.design import Analysis as Analysis
     from ulna.design import ClosedLoop as ClosedLoop
     from ulna.design import Compensator as Compensator
-    from ulna.design import ControllerForm as ControllerForm
     from ulna.design import Law as Law
+    from ulna.design import LinearisingForm as LinearisingForm
     from ulna.design import LinearQuadratic as LinearQuadratic
     from ulna.design import Observer as Observer
     from ulna.design import ObserverForm as ObserverForm
@@ -116,7 +116,6 @@ _HOME = {
     "control_affine": "ulna.system",
     "ControlAffine": "ulna.system",
     "controller_form": "ulna.design",
-    "ControllerForm": "ulna.design",
     "Crossing": "ulna.sim",
     "Definition": "ulna.system",
     "Diffeomorphism": "ulna.geometry",
@@ -141,6 +140,7 @@ _HOME = {
     "lie_derivative": "ulna.geometry",
     "Linearisation": "ulna.system",
     "linearise": "ulna.system",
+    "LinearisingForm": "ulna.design",
     "LinearQuadratic": "ulna.design",
     "Metrics": "ulna.sim",
     "metrics": "ulna.sim",

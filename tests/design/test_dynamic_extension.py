@@ -73,12 +73,12 @@ def test_extension_decouples_and_gives_back_the_plant(name: str) -> None:
 
 def test_extension_brings_singularities_of_its_own() -> None:
     found = dynamic_extension(plant(*UNICYCLE))
-    assert found.regular.fails  # at rest
+    assert found.at_point.fails  # at rest
     assert found.singular is not None
     assert found.singular.free_symbols == set(found.added)
     hover = dynamic_extension(plant(*VTOL))
     assert hover.system is not None
-    assert hover.regular.holds
+    assert hover.at_point.holds
     assert dict(hover.system.operating_point)["xi1"] == sp.Rational(981, 100)
 
 

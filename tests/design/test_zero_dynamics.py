@@ -86,9 +86,9 @@ def test_singularity_at_a_point_is_told_and_refused_when_asked_for() -> None:
     x1, x2 = sp.symbols("x1 x2", real=True)
     system = plant({"x1": "x2", "x2": "x1*u"}, ["u"], ["x1"])
     form = input_output_form(system)
-    assert form.regular.fails
+    assert form.at_point.fails
     assert form.singular == x1
-    assert input_output_form(system, at={x1: sp.Integer(1), x2: sp.Integer(0)}).regular.holds
+    assert input_output_form(system, at={x1: sp.Integer(1), x2: sp.Integer(0)}).at_point.holds
     with pytest.raises(UlnaError, match="singular at the point"):
         input_output_form(system, at={x1: sp.Integer(0), x2: sp.Integer(0)})
 

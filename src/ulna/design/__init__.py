@@ -12,11 +12,12 @@ from ulna.design.control.permanent_offset import PermanentOffset, permanent_offs
 from ulna.design.control.reduced_order import ReducedOrder, reduced_order
 from ulna.design.control.reference import Regulate, SetPoint, Track
 from ulna.design.control.sampled_stability import sampled_grid, sampling_advice
-from ulna.design.forms.controller_form import ControllerForm, controller_form
+from ulna.design.forms.controller_form import controller_form
 from ulna.design.forms.dynamic_extension import DynamicExtension, dynamic_extension
 from ulna.design.forms.flatness import flat_output
-from ulna.design.forms.input_output import InputOutputForm, input_output_form
+from ulna.design.forms.input_output import input_output_form
 from ulna.design.forms.linearisability import Linearisability, linearisability
+from ulna.design.forms.linearising_form import LinearisingForm
 from ulna.design.forms.linearising_outputs import LinearisingOutputs, linearising_outputs
 from ulna.design.forms.normal_form import NormalForm, normal_form
 from ulna.design.forms.state_linearisation import StateLinearisation, state_linearisation
@@ -35,14 +36,13 @@ __all__ = [
     "Analysis",
     "ClosedLoop",
     "Compensator",
-    "ControllerForm",
     "DynamicExtension",
     "Finding",
     "InnerLoop",
-    "InputOutputForm",
     "Law",
     "LinearQuadratic",
     "Linearisability",
+    "LinearisingForm",
     "LinearisingOutputs",
     "LoadRobust",
     "LoopGrid",

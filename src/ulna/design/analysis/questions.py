@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping
 
 from ulna.base import Verdict
 from ulna.design.analysis.findings import Finding, decided, not_applicable
-from ulna.design.forms.controller_form import ControllerForm, controller_form
+from ulna.design.forms.controller_form import controller_form
 from ulna.design.forms.dynamic_extension import dynamic_extension
 from ulna.design.forms.input_output import input_output_form
 from ulna.design.forms.linearisability import linearisability
+from ulna.design.forms.linearising_form import LinearisingForm
 from ulna.design.forms.linearising_outputs import LinearisingOutputs, last_row, linearising_outputs
 from ulna.design.forms.state_linearisation import state_linearisation
 from ulna.design.internal.base_point import base_point
@@ -101,14 +102,14 @@ def _last_row(system: System, found: LinearisingOutputs) -> dict[str, Finding]:
     }
 
 
-def _transformation(form: ControllerForm) -> dict[str, Finding]:
+def _transformation(form: LinearisingForm) -> dict[str, Finding]:
     inverse = None
     if form.map.inverse is not None:
         inverse = {x.name: e for x, e in zip(form.map.old, form.map.inverse, strict=True)}
     return {
         "T": Finding(verdict=form.verdict, value=list(form.map.forward)),
         "inverse": Finding(verdict=form.map.inverted, value=inverse),
-        "control": Finding(verdict=form.verdict, value=list(form.control())),
+        "control": Finding(verdict=form.verdict, value=list(form.control)),
         "singular_set": Finding(verdict=form.verdict, value=zero_set(form.singular, form.view.x)),
     }
 
@@ -222,7 +223,7 @@ def _dynamic_extension(system: System) -> dict[str, Finding]:
         "feedback": dict(zip((u.name for u in system.input_symbols), found.feedback, strict=True)),
         "relative_degree": list(found.indices),
         "det": found.singular,
-        "regular_at_point": decided(found.regular).value,
+        "regular_at_point": decided(found.at_point).value,
         "complete": decided(found.complete).value,
     }
     return {key: Finding(verdict=found.verdict, value=value)}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import sympy as sp
 
@@ -13,53 +12,13 @@ from ulna.base.errors import DesignError, UlnaWarning
 from ulna.design.control.gains import AbstractGainRule, PoleLike, gain_rule
 from ulna.design.control.reference import AbstractReference, ReferenceChain, Regulate
 from ulna.design.forms.controller_form import controller_form
+from ulna.design.forms.linearising_form import LinearisingForm
 from ulna.symbolic.exact.simplify import shortened
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.formulas.text import formula, listing
-from ulna.system.affine import ControlAffine
 from ulna.system.operating_point import operating_point
 from ulna.system.signal import Signal
 from ulna.system.system import System
-
-
-@runtime_checkable
-class LinearisingForm(Protocol):
-    """What a law needs of a form: chains z with z⁽ʳ⁾ = α(x) + β(x) u."""
-
-    @property
-    def system(self) -> System:
-        """The plant."""
-        ...
-
-    @property
-    def view(self) -> ControlAffine:
-        """Its control-affine view."""
-        ...
-
-    @property
-    def outputs(self) -> tuple[sp.Expr, ...]:
-        """(m,) linearising outputs."""
-        ...
-
-    @property
-    def indices(self) -> tuple[int, ...]:
-        """(m,) chain lengths r."""
-        ...
-
-    @property
-    def chain(self) -> sp.ImmutableDenseMatrix:
-        """(Σr, 1) the chains z in x."""
-        ...
-
-    @property
-    def alpha(self) -> sp.ImmutableDenseMatrix:
-        """(m, 1) drift of the last coordinates."""
-        ...
-
-    @property
-    def beta(self) -> sp.ImmutableDenseMatrix:
-        """(m, m) input matrix of the last coordinates."""
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

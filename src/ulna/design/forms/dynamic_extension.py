@@ -37,7 +37,7 @@ class DynamicExtension:
         indices: (m,) relative degrees of the extended plant.
         decoupling: its decoupling matrix (m, m).
         singular: its determinant: where it vanishes, the extended plant has a singularity, often a new one.
-        regular: whether it is invertible at the operating point.
+        at_point: whether it is invertible at the operating point.
         complete: whether Σ r is the dimension of the extended plant: then it has no zero dynamics and is linearised
             as a whole.
         verdict: on "dynamic extension makes the decoupling matrix invertible".
@@ -51,7 +51,7 @@ class DynamicExtension:
     indices: tuple[int, ...]
     decoupling: sp.ImmutableDenseMatrix | None
     singular: sp.Expr | None
-    regular: Verdict
+    at_point: Verdict
     complete: Verdict
     verdict: Verdict
 
@@ -309,10 +309,10 @@ def _found(plant: System, outputs: tuple[sp.Expr, ...], stage: _Stage, degree: R
     said = "the extended plant's decoupling matrix is invertible at the operating point"
     singular = None if degree.singular is None else tidy(degree.singular)
     if not local.verdict.holds:
-        regular = Verdict.undecided(said, **local.verdict.evidence)
+        at_point = Verdict.undecided(said, **local.verdict.evidence)
     else:
         make = Verdict.proved if local.value == len(outputs) else Verdict.refuted
-        regular = make(said, singular=singular, point=base_point(stage.system).states)
+        at_point = make(said, singular=singular, point=base_point(stage.system).states)
     verdict = Verdict.proved(
         _CLAIM, states_added=tuple(str(s) for s in stage.added), relative_degrees=indices, singular=singular
     )
@@ -327,7 +327,7 @@ def _found(plant: System, outputs: tuple[sp.Expr, ...], stage: _Stage, degree: R
         indices=indices,
         decoupling=degree.decoupling,
         singular=singular,
-        regular=regular,
+        at_point=at_point,
         complete=complete,
         verdict=verdict,
     )
@@ -344,7 +344,7 @@ def _none(plant: System, outputs: tuple[sp.Expr, ...], verdict: Verdict) -> Dyna
         indices=(),
         decoupling=None,
         singular=None,
-        regular=open_,
+        at_point=open_,
         complete=open_,
         verdict=verdict,
     )

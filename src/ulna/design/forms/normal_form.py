@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base.verdict import Verdict
-from ulna.design.forms.input_output import InputOutputForm, input_output_form
+from ulna.design.forms.input_output import input_output_form
+from ulna.design.forms.linearising_form import LinearisingForm
 from ulna.design.internal.base_point import base_point
 from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
 from ulna.geometry.distribution import distribution
@@ -28,7 +29,7 @@ class NormalForm:
     """ξ_i^(r_i) = α_i + β_i u with internal coordinates η, where possible such that η' = q(ξ, η) without u.
 
     Attributes:
-        form: the input-output form, with chain, α and β.
+        form: the chains, with α and β.
         internal: (n − Σ r,) η as functions of x.
         slopes: (n − Σ r, m) L_g η in x; zero where `input_free` holds.
         rates: (n − Σ r,) L_f η in x.
@@ -37,12 +38,17 @@ class NormalForm:
         map: z = (ξ, η) as a change of coordinates.
     """
 
-    form: InputOutputForm
+    form: LinearisingForm
     internal: tuple[sp.Expr, ...]
     slopes: sp.ImmutableDenseMatrix
     rates: tuple[sp.Expr, ...]
     input_free: Verdict
     map: Diffeomorphism
+
+    @property
+    def system(self) -> System:
+        """The plant."""
+        return self.form.system
 
     @property
     def coordinates(self) -> tuple[sp.Expr, ...]:
@@ -97,7 +103,7 @@ def normal_form(system: System, *, seconds: float = 4.0) -> NormalForm:
     )
 
 
-def _constant_along_inputs(form: InputOutputForm, seconds: float) -> tuple[list[sp.Expr], Verdict]:
+def _constant_along_inputs(form: LinearisingForm, seconds: float) -> tuple[list[sp.Expr], Verdict]:
     """First integrals of span{g}, and the verdict to give if they do not suffice."""
     view = form.view
     states = [x for k, x in enumerate(view.x) if all(view.g[k, j] == 0 for j in range(view.g.cols))]
@@ -154,13 +160,13 @@ def _zero_at_point(function: sp.Expr, x: Sequence[sp.Symbol], point: dict[sp.Sym
     return function - value
 
 
-def _slopes(internal: Sequence[sp.Expr], form: InputOutputForm) -> list[sp.Expr]:
+def _slopes(internal: Sequence[sp.Expr], form: LinearisingForm) -> list[sp.Expr]:
     view = form.view
     found = [lie_derivative(h, g, view.x) for h in internal for g in view.input_fields]
     return [sp.Integer(0) if e == 0 or is_zero(e, test=_QUICK).holds else tidy(e, seconds=0.1) for e in found]
 
 
-def _checked(internal: Sequence[sp.Expr], form: InputOutputForm) -> Verdict:
+def _checked(internal: Sequence[sp.Expr], form: LinearisingForm) -> Verdict:
     view = form.view
     slopes = [lie_derivative(h, g, view.x) for h in internal for g in view.input_fields]
     checked = are_zero(slopes, test=_QUICK)

@@ -32,17 +32,19 @@ class StateLinearisation:
     """Whether a change of coordinates alone makes the plant linear, and which one.
 
     Attributes:
+        system: the plant.
         verdict: refuted with the `bracket` (text) that does not vanish, its components `field`, the `point` and a
             `value` there, or with the rank.
         map: z = T(x), zero at the operating point; None if there is none or the integration did not succeed.
         A: (n, n), B: (n, m), offset: (n, 1): z' = A z + B u + offset; None without a map.
     """
 
+    system: System
     verdict: Verdict
-    map: Diffeomorphism | None
-    A: sp.ImmutableDenseMatrix | None
-    B: sp.ImmutableDenseMatrix | None
-    offset: sp.ImmutableDenseMatrix | None
+    map: Diffeomorphism | None = None
+    A: sp.ImmutableDenseMatrix | None = None
+    B: sp.ImmutableDenseMatrix | None = None
+    offset: sp.ImmutableDenseMatrix | None = None
 
 
 @lru_cache(maxsize=32)
@@ -56,7 +58,7 @@ def state_linearisation(system: System) -> StateLinearisation:
     found = accessibility(system)
     verdict = _verdict(system, found)
     if not verdict.holds:
-        return StateLinearisation(verdict=verdict, map=None, A=None, B=None, offset=None)
+        return StateLinearisation(system=system, verdict=verdict)
     forward = found.view.x if _is_linear(found) else _coordinates(found)
     return _described(found, verdict, forward)
 
@@ -134,9 +136,9 @@ def _coordinates(found: Accessibility) -> tuple[sp.Expr, ...] | None:
 
 
 def _described(found: Accessibility, verdict: Verdict, forward: tuple[sp.Expr, ...] | None) -> StateLinearisation:
-    if forward is None:
-        return StateLinearisation(verdict=verdict, map=None, A=None, B=None, offset=None)
     view, system = found.view, found.view.system
+    if forward is None:
+        return StateLinearisation(system=system, verdict=verdict)
     point = {**operating_point(system).states, **system.values}
     taken = (*view.x, *view.u, *system.parameter_symbols)
     z = new_symbols("z", len(view.x), taken)
@@ -147,11 +149,11 @@ def _described(found: Accessibility, verdict: Verdict, forward: tuple[sp.Expr, .
     drift = jacobian * view.f
     inverted = inverse(sp.ImmutableDenseMatrix(jacobian)).solution
     if inverted is None:
-        return StateLinearisation(verdict=verdict, map=change, A=None, B=None, offset=None)
+        return StateLinearisation(system=system, verdict=verdict, map=change)
     A = (drift.jacobian(list(view.x)) * inverted).applyfunc(tidy)
     B = (jacobian * view.g).applyfunc(tidy)
     offset = (drift - A * column).applyfunc(tidy)
     if any(e.free_symbols & set(view.x) for e in (*A, *B, *offset)):
-        return StateLinearisation(verdict=verdict, map=change, A=None, B=None, offset=None)
-    frozen = sp.ImmutableDenseMatrix
-    return StateLinearisation(verdict=verdict, map=change, A=frozen(A), B=frozen(B), offset=frozen(offset))
+        return StateLinearisation(system=system, verdict=verdict, map=change)
+    A, B, offset = (sp.ImmutableDenseMatrix(matrix) for matrix in (A, B, offset))
+    return StateLinearisation(system=system, verdict=verdict, map=change, A=A, B=B, offset=offset)

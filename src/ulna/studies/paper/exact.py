@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.design import (
-    ControllerForm,
     Law,
+    LinearisingForm,
     Observer,
     ObserverForm,
     Poles,
@@ -46,7 +46,7 @@ class Exact:
     plant: System
     view: ControlAffine
     choices: Choices
-    form: ControllerForm
+    form: LinearisingForm
     law: Law
     observer_form: ObserverForm
     observer: Observer
