@@ -1,6 +1,7 @@
 """`Kernel`: a function as one list of instructions, its transforms, and its lowerings; no computer algebra."""
 
 from ulna.program.affine_inputs import solved_for_inputs
+from ulna.program.arithmetic import AbstractArithmetic, Fused, Plain, in_arithmetic
 from ulna.program.factored import factored
 from ulna.program.flow_series import FlowSeries
 from ulna.program.hoist import HOISTED, Hoisted, hoist
@@ -10,30 +11,41 @@ from ulna.program.instructions_from_casadi import kernel_from_casadi
 from ulna.program.jet import explicit, lie_derivatives, open_derivatives
 from ulna.program.kernel import Kernel, restricted, without_inputs
 from ulna.program.linear_kernel import joined, solved
+from ulna.program.lowering.numba import GPU_HEADER, HEADER, TEMPLATES, cache_folder, compiled, literal
 from ulna.program.lowering.numpy import to_numpy
-from ulna.program.lowering.python_source import TEMPLATES, literal, to_python, to_python_source
+from ulna.program.lowering.python_source import to_python, to_python_source
 from ulna.program.modes import MODE, Moded, with_modes
+from ulna.program.scalar import Scalar
 from ulna.program.second_slopes import BITS, second_slopes
 from ulna.program.tangent import at_zero, tangents
 from ulna.program.terms import Terms
 
 __all__ = [
     "BITS",
+    "GPU_HEADER",
+    "HEADER",
     "HOISTED",
     "MODE",
     "TEMPLATES",
+    "AbstractArithmetic",
     "FlowSeries",
+    "Fused",
     "Hoisted",
     "ImplicitKernel",
     "InstructionList",
     "Kernel",
     "Moded",
     "Operation",
+    "Plain",
+    "Scalar",
     "Terms",
     "at_zero",
+    "cache_folder",
+    "compiled",
     "explicit",
     "factored",
     "hoist",
+    "in_arithmetic",
     "joined",
     "kernel_from_casadi",
     "lie_derivatives",

@@ -12,6 +12,8 @@ class Operation(StrEnum):
 
     Comparisons and logic answer 1.0 or 0.0; SELECT(a, b, c) is b where a is not zero, else c.
     MIN and MAX hand a NaN on, whichever operand it sits in: a limiter must not hide it.
+    FMA(a, b, c) is a·b + c rounded once. FLIP(a, b) is a, its sign changed where the last bit of the significand of b
+    is set: where n is odd for b = 1.5 · 2^52 + n.
     """
 
     CONSTANT = "constant"
@@ -49,6 +51,8 @@ class Operation(StrEnum):
     OR = "or"
     NOT = "not"
     SELECT = "select"
+    FMA = "fma"
+    FLIP = "flip"
 
 
 COMMUTATIVE = frozenset({Operation.ADD, Operation.MUL, Operation.EQUAL, Operation.AND, Operation.OR})
@@ -92,7 +96,11 @@ class InstructionList:
         shorter = self._shortened(operation, operands)
         if shorter is not None:
             return shorter
-        key_operands = tuple(sorted(operands)) if operation in COMMUTATIVE else operands
+        key_operands = operands
+        if operation in COMMUTATIVE:
+            key_operands = tuple(sorted(operands))
+        elif operation is Operation.FMA:
+            key_operands = (*sorted(operands[:2]), operands[2])
         return self._intern((operation, *key_operands), Instruction(operation=operation, operands=operands))
 
     def power(self, base: int, exponent: int) -> int:

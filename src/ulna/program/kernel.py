@@ -14,6 +14,9 @@ from ulna.program.instructions import Instruction, InstructionList, Operation, p
 
 _INTERMEDIATE = re.compile(r"v\d+|in_\d+|total_\w+|\w*__\w*")
 
+_RESERVED = frozenset({"math", "np", "abs", "fused", "flipped"})
+"""Modules and functions that generated source refers to."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, weakref_slot=True)
 class Kernel:
@@ -54,8 +57,8 @@ class Kernel:
         names = []
         for position, name in enumerate(self.inputs):
             plain = name.isidentifier() and name.isascii() and not keyword.iskeyword(name)
-            # v0, v1 ... are the names of intermediate values, `math` and `np` of modules in the generated source.
-            reserved = name in {"math", "np", "abs"} or _INTERMEDIATE.fullmatch(name)
+            # v0, v1 ... are the names of intermediate values.
+            reserved = name in _RESERVED or _INTERMEDIATE.fullmatch(name)
             choice = name if plain and not reserved and name not in taken else f"in_{position}"
             taken.add(choice)
             names.append(choice)

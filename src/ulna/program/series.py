@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 
 from ulna.base import UlnaError
+from ulna.program.arithmetic.rounding import refuse_rounded
 from ulna.program.instructions import InstructionList, Operation
 from ulna.program.kernel import Kernel
 
@@ -51,6 +52,7 @@ class SeriesRules:
     def extend(self, position: int, k: int) -> None:
         """Coefficient k of an instruction."""
         instruction = self.field.instructions[position]
+        refuse_rounded(self.field.name, instruction)
         operation, operands = instruction.operation, instruction.operands
         own = self.series[len(self.field.inputs) + position]
         if operation is Operation.CONSTANT:

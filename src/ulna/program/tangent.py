@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 
 from ulna.base import UlnaError
+from ulna.program.arithmetic.rounding import refuse_rounded
 from ulna.program.instructions import Instruction, InstructionList, Operation, pruned
 from ulna.program.kernel import Kernel, copied
 
@@ -77,6 +78,7 @@ def _sweep(original: Kernel, out: InstructionList, values: list[int], name: str)
     first = len(original.inputs)
     slopes: list[int | None] = [out.constant(1.0) if n == name else None for n in original.inputs]
     for position, instruction in enumerate(original.instructions):
+        refuse_rounded(original.name, instruction)
         parts = [slopes[k] for k in instruction.operands]
         if all(part is None for part in parts):
             slopes.append(None)
@@ -115,6 +117,10 @@ def _negated(out: InstructionList, _own: int, _arguments: list[int], _which: int
 
 def _product(out: InstructionList, _own: int, arguments: list[int], which: int, part: int) -> int:
     return out.emit(Operation.MUL, part, arguments[1 - which])
+
+
+def _fused(out: InstructionList, _own: int, arguments: list[int], which: int, part: int) -> int:
+    return part if which == 2 else out.emit(Operation.MUL, part, arguments[1 - which])
 
 
 def _quotient(out: InstructionList, own: int, arguments: list[int], which: int, part: int) -> int:
@@ -160,6 +166,7 @@ _RULES: dict[Operation, _Rule] = {
     Operation.NEG: _negated,
     Operation.MUL: _product,
     Operation.DIV: _quotient,
+    Operation.FMA: _fused,
     Operation.POW: _power,
     Operation.SQRT: _over(0.5, lambda _out, own, _a: own),
     Operation.EXP: _outer(lambda _out, own, _a: own),

@@ -12,6 +12,7 @@ import pytest
 import sympy as sp
 
 from ulna.base import SimulationError
+from ulna.program.lowering import numba as cache
 from ulna.sim import (
     TIME,
     Continuous,
@@ -31,7 +32,6 @@ from ulna.sim import (
     run_ensemble,
     simulate,
 )
-from ulna.sim.sampled import compiled as cache
 from ulna.sim.sampled import ensemble as engine
 from ulna.system import LinearInjection, System, system_from_mapping
 

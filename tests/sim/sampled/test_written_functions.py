@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from ulna.sim.sampled.compiled import compiled
-from ulna.sim.sampled.header import HEADER
+from ulna.program import HEADER, compiled
 from ulna.sim.sampled.writing import Writer
 from ulna.symbolic.compiling import kernel
 

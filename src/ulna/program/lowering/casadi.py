@@ -45,13 +45,16 @@ _FUNCTIONS: Mapping[Operation, Callable[..., Any]] = {
     Operation.OR: ca.logic_or,
     Operation.NOT: ca.logic_not,
     Operation.SELECT: ca.if_else,
+    Operation.FMA: lambda a, b, c: a * b + c,
+    Operation.FLIP: lambda a, b: ca.if_else(b - 2.0 * ca.floor(0.5 * b) == 1.0, -a, a),
 }
 
 
 def to_casadi(kernel: Kernel) -> ca.Function:
     """The CasADi function from one column of all inputs to one column of all outputs, both in the kernel's order.
 
-    CasADi's fmin and fmax answer the operand that is not NaN; everything else agrees with the other lowerings.
+    CasADi's fmin and fmax answer the operand that is not NaN; FMA rounds twice;
+    everything else agrees with the other lowerings.
     """
     column = ca.SX.sym("inputs", len(kernel.inputs))
     values: list[Any] = [column[k] for k in range(len(kernel.inputs))]

@@ -59,6 +59,7 @@ _FUNCTIONS: Mapping[Operation, Callable[..., Any]] = {
     Operation.OR: lambda a, b: hy.logical_or([a, b]),
     Operation.NOT: lambda a: hy.eq(a, 0.0),
     Operation.SELECT: hy.select,
+    Operation.FMA: lambda a, b, c: a * b + c,
 }
 
 
@@ -71,7 +72,7 @@ def to_heyoka(kernel: Kernel, inputs: Mapping[str, Any] | None = None) -> dict[s
             an input left out becomes the variable of its name.
 
     Raises:
-        SimulationError: FLOOR, which a Taylor series cannot carry.
+        SimulationError: FLOOR and FLIP, which a Taylor series cannot carry.
     """
     given = inputs or {}
     return dict(zip(kernel.outputs, heyoka_values(kernel, given, kernel.results), strict=True))

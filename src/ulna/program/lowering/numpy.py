@@ -11,6 +11,7 @@ import numpy as np
 
 from ulna.program.instructions import Operation
 from ulna.program.kernel import Kernel
+from ulna.program.lowering.fused import flipped, fused
 from ulna.program.lowering.python_source import INDENT, TEMPLATES, executed, literal, to_python
 
 _ARRAY_TEMPLATES: Mapping[Operation, str] = MappingProxyType(
@@ -47,6 +48,8 @@ _ARRAY_TEMPLATES: Mapping[Operation, str] = MappingProxyType(
         Operation.OR: "np.where(np.logical_or({0}, {1}), 1.0, 0.0)",
         Operation.NOT: "np.where({0}, 0.0, 1.0)",
         Operation.SELECT: "np.where({0}, {1}, {2})",
+        Operation.FMA: "fused({0}, {1}, {2})",
+        Operation.FLIP: "flipped({0}, {1})",
     }
 )
 
@@ -59,7 +62,7 @@ def to_numpy(kernel: Kernel) -> Callable[..., tuple[Any, ...]]:
     Infinities and NaN come out where IEEE arithmetic has them, without warnings.
     """
     scalar = to_python(kernel)
-    arrays = executed(_source(kernel), {"np": np, "math": math})
+    arrays = executed(_source(kernel), {"np": np, "math": math, "fused": fused, "flipped": flipped})
 
     def evaluate(*values: Any) -> tuple[Any, ...]:
         if all(isinstance(value, float | int) or np.ndim(value) == 0 for value in values):

@@ -11,6 +11,7 @@ import numpy as np
 
 from ulna.program.instructions import Instruction, Operation
 from ulna.program.kernel import Kernel
+from ulna.program.lowering.fused import flipped_scalar, fused_scalar
 
 INDENT = "    "
 
@@ -51,6 +52,8 @@ TEMPLATES: Mapping[Operation, str] = MappingProxyType(
         Operation.OR: "(1.0 if {0} != 0.0 or {1} != 0.0 else 0.0)",
         Operation.NOT: "(1.0 if {0} == 0.0 else 0.0)",
         Operation.SELECT: "({1} if {0} != 0.0 else {2})",
+        Operation.FMA: "fused({0}, {1}, {2})",
+        Operation.FLIP: "flipped({0}, {1})",
     }
 )
 """How Python writes each operation."""
@@ -73,13 +76,15 @@ _PARTIAL: Mapping[Operation, tuple[Callable[..., float], Callable[..., Any]]] = 
     Operation.ATANH: (math.atanh, np.arctanh),
 }
 
+_NAMES: Mapping[str, Any] = {"math": math, "fused": fused_scalar, "flipped": flipped_scalar}
+
 
 def to_python_source(kernel: Kernel, *, function_name: str | None = None) -> str:
     """The source of `def name(inputs...): ... return (outputs...)`, every number a float.
 
     Compiled by Numba it needs `error_model="numpy"` and no `fastmath`; executed by CPython it raises
     `ZeroDivisionError`, `ValueError` or `OverflowError` where IEEE arithmetic has an infinity or a NaN
-    (`to_python` has not). The source needs `import math`.
+    (`to_python` has not). The source needs `import math`, with FMA and FLIP also functions `fused` and `flipped`.
     """
     return written_out(kernel, function_name or "kernel", TEMPLATES)
 
@@ -89,7 +94,7 @@ def to_python(kernel: Kernel) -> Callable[..., tuple[float, ...]]:
 
     Infinities and NaN come out where IEEE arithmetic has them. Bit-equal to the source of `to_python_source`.
     """
-    fast = executed(to_python_source(kernel), {"math": math})
+    fast = executed(to_python_source(kernel), dict(_NAMES))
     total: list[Callable[..., tuple[float, ...]]] = []
 
     def evaluate(*values: float) -> tuple[float, ...]:
@@ -137,7 +142,7 @@ def executed(source: str, namespace: dict[str, Any], name: str = "kernel") -> Ca
 
 
 def _total(kernel: Kernel) -> Callable[..., tuple[float, ...]]:
-    namespace: dict[str, Any] = {"math": math}
+    namespace = dict(_NAMES)
     templates = dict(TEMPLATES)
     for operation, (partial, ieee) in _PARTIAL.items():
         name = f"total_{operation.value}"

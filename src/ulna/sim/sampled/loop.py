@@ -11,10 +11,10 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import SimulationError
+from ulna.program import compiled
 from ulna.sim.cache import IdentityCache
 from ulna.sim.inputs import Formula, Input, Interpolated
 from ulna.sim.metrics import BAND
-from ulna.sim.sampled.compiled import compiled
 from ulna.sim.sampled.constants import held_numbers, memory_rows
 from ulna.sim.sampled.drive import Pwm
 from ulna.sim.sampled.layout import EndStopPlace, Layout

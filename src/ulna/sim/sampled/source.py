@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ulna.program import GPU_HEADER, HEADER
 from ulna.sim.sampled.control_source import (
     outputs_at,
     write_command,
@@ -10,7 +11,6 @@ from ulna.sim.sampled.control_source import (
     write_noise,
     write_update,
 )
-from ulna.sim.sampled.header import GPU_HEADER, HEADER
 from ulna.sim.sampled.layout import Layout
 from ulna.sim.sampled.loop_writer import LoopWriter
 from ulna.sim.sampled.plant_source import write_ends, write_period, write_results

@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from ulna.program import Kernel, hoist, to_numpy
-from ulna.sim.sampled.compiled import compiled
-from ulna.sim.sampled.header import HEADER
+from ulna.program import HEADER, Kernel, compiled, hoist, to_numpy
 from ulna.sim.sampled.writing import Writer
 from ulna.symbolic.compiling import kernel
 

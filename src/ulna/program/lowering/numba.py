@@ -1,4 +1,8 @@
-"""Loops compiled by Numba: once a process, once a machine."""
+"""Generated source compiled by Numba: once a process, once a machine.
+
+Text is made of `TEMPLATES` and `literal` below a header (`HEADER`, `GPU_HEADER`), with `error_model="numpy"` and
+without `fastmath`: then every operation rounds as its instruction says.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +17,10 @@ from pathlib import Path
 from typing import Any
 
 from ulna.base import OptionalDependencyError
+from ulna.program.lowering.numba_header import GPU_HEADER, HEADER
+from ulna.program.lowering.python_source import TEMPLATES, literal
+
+__all__ = ["GPU_HEADER", "HEADER", "TEMPLATES", "cache_folder", "compiled", "literal"]
 
 # Numba looks at the time stamp of the source to tell whether its cache is of use; equal sources get equal stamps.
 _STAMP = 1_000_000_000
@@ -56,7 +64,7 @@ def _executed(name: str, source: str, file: str, *, keep: bool) -> Callable[...,
     module.__file__ = file
     module.__dict__["CACHE"] = keep
     sys.modules[name] = module  # Numba asks for the module of a function by its name
-    exec(compile(source, file, "exec"), module.__dict__)  # noqa: S102 - written by `loop_source` from kernels
+    exec(compile(source, file, "exec"), module.__dict__)  # noqa: S102 - written from kernels, never from a user's text
     return module.__dict__["loop"]
 
 

@@ -1,0 +1,192 @@
+"""A kernel in a named arithmetic: the steps it consists of, and that they round as the loops of the simulator do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from random_kernels import SPECIAL, points, random_kernel
+
+from ulna.base import UlnaError
+from ulna.program import (
+    HEADER,
+    TEMPLATES,
+    Fused,
+    InstructionList,
+    Kernel,
+    Operation,
+    Plain,
+    Scalar,
+    compiled,
+    in_arithmetic,
+    lie_derivatives,
+    literal,
+    tangents,
+    to_numpy,
+    to_python,
+)
+from ulna.program.lowering.fused import flipped, flipped_scalar, fused, fused_scalar
+from ulna.sim.sampled.writing import Writer
+
+STEPS = {
+    *(Operation.CONSTANT, Operation.ADD, Operation.SUB, Operation.MUL, Operation.DIV, Operation.SQRT, Operation.NEG),
+    *(Operation.LESS, Operation.LESS_EQUAL, Operation.EQUAL, Operation.AND, Operation.OR, Operation.NOT),
+    *(Operation.SELECT, Operation.MIN, Operation.MAX, Operation.ABS, Operation.SIGN),
+}
+
+
+def same(left: Any, right: Any) -> bool:
+    """Equal to the last bit, signs of zero included; any NaN is a NaN."""
+    left, right = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
+    both = np.isnan(left) & np.isnan(right)
+    return left.shape == right.shape and bool((both | (left.view(np.uint64) == right.view(np.uint64))).all())
+
+
+def lines_of(kernel: Kernel, first: int) -> list[str]:
+    """The kernel inside a loop over columns of `x`, results from row `first` of `out` on."""
+    names = [f"x[{k}, l]" for k in range(len(kernel.inputs))]
+    lines = []
+    for position, instruction in enumerate(kernel.instructions):
+        if instruction.operation is Operation.CONSTANT:
+            names.append(literal(instruction))
+            continue
+        names.append(f"v{position}")
+        lines.append(
+            f"v{position} = {TEMPLATES[instruction.operation].format(*(names[k] for k in instruction.operands))}"
+        )
+    return lines + [f"out[{first + k}, l] = {names[result]}" for k, result in enumerate(kernel.results)]
+
+
+def old_lines_of(kernel: Kernel, first: int) -> list[str]:
+    w = Writer()
+    names = {name: w.new(f"x[{k}, l]") for k, name in enumerate(kernel.inputs)}
+    for k, text in enumerate(w.kernel(kernel, names)):
+        w.line(f"out[{first + k}, l] = {text}")
+    return w.lines
+
+
+def by_numba(
+    kernels: Sequence[Kernel], x: np.ndarray, lines: Callable[[Kernel, int], list[str]] = lines_of
+) -> np.ndarray:
+    """All outputs of all kernels one below the other, compiled as one module."""
+    text, first = "", 0
+    for kernel in kernels:
+        text += "    for l in range(x.shape[1]):\n"
+        text += "".join(f"        {line}\n" for line in lines(kernel, first))
+        first += len(kernel.outputs)
+    head = (
+        '@numba.njit("void(float64[:, ::1], float64[:, ::1])", error_model="numpy", cache=CACHE)\ndef loop(x, out):\n'
+    )
+    out = np.zeros((first, x.shape[1]))
+    compiled(HEADER + head + text)(x, out)
+    return out
+
+
+def test_fused_arithmetic_rounds_as_the_loops_of_the_simulator_did() -> None:
+    kernels = [random_kernel(k) for k in range(12)]
+    x = points(3, 10_000, 0)
+    assert same(by_numba(kernels, x, old_lines_of), by_numba([in_arithmetic(k, Fused()) for k in kernels], x))
+
+
+def test_python_numpy_and_numba_agree_on_fused_kernels() -> None:
+    exclude = (Operation.EXP, Operation.LOG, Operation.POW)
+    kernels = [in_arithmetic(random_kernel(1000 + k, exclude=exclude), Fused()) for k in range(12)]
+    x = points(3, 60, 0)
+    arrays = np.concatenate([to_numpy(k)(*x[: len(k.inputs)]) for k in kernels])
+    scalars = [np.array([to_python(k)(*map(float, c[: len(k.inputs)])) for c in x.T]).T for k in kernels]
+    assert same(arrays, np.concatenate(scalars))
+    assert same(arrays, by_numba(kernels, x))
+
+
+@pytest.mark.parametrize("arithmetic", [Fused(), Plain()])
+def test_only_elementary_steps_are_left(arithmetic: Fused | Plain) -> None:
+    allowed = STEPS | {Operation.EXP, Operation.LOG, Operation.POW}
+    if arithmetic == Fused():
+        allowed |= {Operation.FMA, Operation.FLIP}
+    else:
+        allowed |= {Operation.SIN, Operation.COS, Operation.TANH}
+    for seed in range(50):
+        written = in_arithmetic(random_kernel(seed), arithmetic)
+        assert {i.operation for i in written.instructions} <= allowed
+
+
+def _numbers(count: int, seed: int) -> np.ndarray:
+    """(3, count) with products that nearly cancel the sum, half-way cases and numbers of all sizes."""
+    a, b, c = points(3, count, seed)
+    with np.errstate(all="ignore"):
+        near = -a * b
+        c = np.where(np.arange(count) % 3 == 0, near, c)
+        c = np.where(np.arange(count) % 3 == 1, near * (1 + 2.0**-52) + 2.0**-70 * np.abs(b), c)
+    return np.array([a, b, c])
+
+
+def test_the_fused_multiply_add_rounds_once() -> None:
+    a, b, c = _numbers(20_000, 1)
+    arrays = fused(a, b, c)
+    assert same(arrays, [fused_scalar(*map(float, each)) for each in zip(a, b, c, strict=True)])
+    kernel = _kernel(3, lambda x: x[0].apply(Operation.FMA, x[1], x[2]))
+    assert same(arrays, by_numba([kernel], np.array([a, b, c]))[0])
+    with np.errstate(all="ignore"):
+        assert not same(arrays, a * b + c)
+    finite = [k for k in range(2000) if math.isfinite(arrays[k])]
+    exact = [Fraction(a[k]) * Fraction(b[k]) + Fraction(c[k]) for k in finite]
+    assert arrays[finite].tolist() == [float(value) for value in exact]
+
+
+def test_a_flip_looks_at_the_last_bit() -> None:
+    turns = np.array([6755399441055744.0 + n for n in range(-5, 6)])
+    expected = [-2.5 if n % 2 else 2.5 for n in range(-5, 6)]
+    assert flipped(2.5, turns).tolist() == expected == [flipped_scalar(2.5, float(t)) for t in turns]
+    kernel = _kernel(2, lambda x: x[0].apply(Operation.FLIP, x[1]))
+    assert by_numba([kernel], np.array([np.full(11, 2.5), turns])).tolist() == [expected]
+
+
+def _kernel(inputs: int, function: Callable[[list[Scalar]], Scalar]) -> Kernel:
+    out = InstructionList(inputs)
+    result = function([Scalar(out, k) for k in range(inputs)])
+    names = tuple(f"x{k}" for k in range(inputs))
+    return Kernel(
+        name="one", inputs=names, outputs=("y",), instructions=tuple(out.instructions), results=(result.index,)
+    )
+
+
+def test_a_product_of_two_sums_is_fused_with_both_until_it_is_needed_itself() -> None:
+    def function(x: list[Scalar]) -> Scalar:
+        product = x[0] * x[1]
+        return (product + x[2]) / (x[2] - product) / (product / x[2]) / (product + 1.0)
+
+    written = in_arithmetic(_kernel(3, function), Fused())
+    assert written.operations == {
+        Operation.FMA: 2,
+        Operation.NEG: 1,
+        Operation.MUL: 1,
+        Operation.ADD: 1,
+        Operation.DIV: 4,
+    }
+
+
+def test_what_rounds_has_no_derivative() -> None:
+    floor = in_arithmetic(_kernel(1, lambda x: x[0].apply(Operation.FLOOR)), Plain())
+    sine = in_arithmetic(_kernel(1, lambda x: x[0].apply(Operation.SIN)), Fused())
+    for kernel in (floor, sine):
+        with pytest.raises(UlnaError, match="choose the arithmetic last"):
+            tangents(kernel, ["x0"])
+        with pytest.raises(UlnaError, match="choose the arithmetic last"):
+            lie_derivatives(kernel, ["x0"], ["y"], 2)
+
+
+def test_a_fused_sum_has_a_derivative() -> None:
+    kernel = in_arithmetic(_kernel(3, lambda x: x[0] * x[1] + x[2]), Fused())
+    assert kernel.operations == {Operation.FMA: 1}
+    assert to_python(tangents(kernel, kernel.inputs))(2.0, 3.0, 5.0) == (3.0, 2.0, 1.0)
+
+
+def test_floor_is_exact_on_special_numbers() -> None:
+    evaluate = to_numpy(in_arithmetic(_kernel(1, lambda x: x[0].apply(Operation.FLOOR)), Plain()))
+    values = np.concatenate([SPECIAL[np.abs(SPECIAL) != 2.0**51 + 0.5], np.arange(-8, 8) / 4])
+    with np.errstate(all="ignore"):
+        np.testing.assert_array_equal(evaluate(values)[0], np.floor(values))
