@@ -65,7 +65,8 @@ def test_the_papers_compensator_is_designed_from_the_catalogue(tmp_path):
     done = ulna("design", "one_link_arm", *ARM_POLES, "--json", "--out", str(out))
     assert done.exit_code == 0, done.output
     made = json.loads(done.stdout)
-    assert made["observer"]["gains"] == [["990"], ["299"], ["30"]]
+    assert made["observer_form"]["gains"] == [["990"], ["299"], ["30"]]
+    assert made["observer"]["gains"] == [["20"], ["(4049 - 1764*sin(theta_hat))/51"], ["-100"]]
     assert made["compensator"]["inputs"].keys() == {"y"}
     assert out.exists()
     # The controller is a plant file like any other.

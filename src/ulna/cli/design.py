@@ -81,10 +81,12 @@ def _sections(made: Design) -> Iterable[tuple[str, dict[str, Any]]]:
         yield "gains K on z", {"K": made.law.gains}
         yield "law", _named(made.law.system.outputs, made.law.expressions)
     if made.observer is not None:
+        from ulna.design import gains_in_form
+
         if (form_o := made.observer.form) is not None:
             yield "observer form z = T(x)", {f"z{k + 1}": e for k, e in enumerate(form_o.map.forward)}
             yield "injection γ(y, u)", {f"γ{k + 1}": e for k, e in enumerate(form_o.injection)}
-            yield "gains L on y − ŷ in z", {"L": made.observer.gains}
+            yield "gains L on y − ŷ in z", {"L": gains_in_form(made.observer)}
         system = made.observer.system
         yield "observer", {f"{s.name}'": r for s, r in zip(system.states, system.inline(system.rates), strict=True)}
 
@@ -94,6 +96,7 @@ def _named(signals: Iterable[Any], expressions: Iterable[Any]) -> dict[str, Any]
 
 
 def _data(made: Design) -> dict[str, Any]:
+    from ulna.design import gains_in_form
     from ulna.report.results import plain
     from ulna.system.schema import system_to_mapping
 
@@ -110,6 +113,7 @@ def _data(made: Design) -> dict[str, Any]:
     if made.observer is not None:
         if (form_o := made.observer.form) is not None:
             data["observer_form"] = {"T": plain(list(form_o.map.forward)), "injection": plain(list(form_o.injection))}
+            data["observer_form"]["gains"] = plain(gains_in_form(made.observer))
         data["observer"] = {"gains": plain(made.observer.gains), "system": system_to_mapping(made.observer.system)}
     if made.compensator is not None:
         data["compensator"] = system_to_mapping(made.compensator.system)

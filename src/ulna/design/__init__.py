@@ -26,10 +26,9 @@ from ulna.design.internal.zero_dynamics import ZeroDynamics, zero_dynamics
 from ulna.design.observers.extended_kalman import extended_kalman_filter
 from ulna.design.observers.extended_state_observer import extended_state_observer, with_disturbance
 from ulna.design.observers.high_gain import high_gain_observer
-from ulna.design.observers.observer import Observer, exact_observer
+from ulna.design.observers.observer import Observer, error_matrix, exact_observer, gains_in_form, injected_observer
 from ulna.design.observers.observer_form import ObserverForm, observer_form
 from ulna.design.observers.output_transformation import transformed_observer_form
-from ulna.design.observers.sampled_observer import injected_observer
 
 __all__ = [
     "AbstractGainRule",
@@ -63,10 +62,12 @@ __all__ = [
     "compensator",
     "controller_form",
     "dynamic_extension",
+    "error_matrix",
     "exact_observer",
     "extended_kalman_filter",
     "extended_state_observer",
     "flat_output",
+    "gains_in_form",
     "high_gain_observer",
     "injected_observer",
     "inner_loop",

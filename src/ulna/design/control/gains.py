@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import accumulate
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import sympy as sp
@@ -19,7 +19,7 @@ from ulna.base.errors import DesignError, FormulaError, UlnaWarning
 from ulna.symbolic.formulas.parse import parse_formula
 from ulna.symbolic.formulas.text import exact, formula
 
-PoleLike = int | float | complex | str | Fraction | sp.Expr
+PoleLike: TypeAlias = int | float | complex | str | Fraction | sp.Expr
 _T = TypeVar("_T")
 
 
@@ -130,7 +130,11 @@ class LinearQuadratic(AbstractGainRule):
         return tuple(exact(float(f"{gain:.12g}")) for gain in gains)
 
 
-def gain_rule(given: AbstractGainRule | PoleLike | Iterable[PoleLike]) -> AbstractGainRule:
+Gains: TypeAlias = AbstractGainRule | PoleLike | Iterable[PoleLike]
+"""What every verb takes for gains: a rule, or poles in a list, an array or a text."""
+
+
+def gain_rule(given: Gains) -> AbstractGainRule:
     """A gain rule as it is; poles in a list, an array or a text as `Poles`.
 
     Raises:

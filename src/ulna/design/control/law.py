@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import sympy as sp
 
 from ulna.base.errors import DesignError, UlnaWarning
-from ulna.design.control.gains import AbstractGainRule, PoleLike, gain_rule
+from ulna.design.control.gains import Gains, gain_rule
 from ulna.design.control.reference import AbstractReference, ReferenceChain, Regulate
 from ulna.design.forms.controller_form import controller_form
 from ulna.design.forms.linearising_form import LinearisingForm
@@ -54,7 +53,7 @@ class Law:
 
 def state_feedback(
     form: LinearisingForm | System,
-    gains: AbstractGainRule | PoleLike | Iterable[PoleLike],
+    gains: Gains,
     *,
     reference: AbstractReference | None = None,
     integral: bool = False,

@@ -61,11 +61,9 @@ def extended_kalman_filter(
     rates = list(drift.xreplace(onto) + gain * innovation)
     return Observer(
         plant=system,
-        form=None,
-        gains=sp.ImmutableDenseMatrix(sp.diag(Q, R)),
-        polynomials=(),
         system=estimator_system(view, rates, "extended Kalman filter", further=further),
-        valid=_locally(system),
+        polynomials=(),
+        verdict=_locally(system),
         initial={name: start[i, i] if i == j else sp.Integer(0) for name, _, _, i, j in entries},
     )
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import sympy as sp
 
 from ulna.base import DesignError
-from ulna.design.control.gains import AbstractGainRule
+from ulna.design.control.gains import Gains
 from ulna.design.observers.observer import Observer, exact_observer
 from ulna.design.observers.observer_form import observer_form
 from ulna.system import Signal, System
@@ -53,7 +53,7 @@ def with_disturbance(
     )
 
 
-def extended_state_observer(extended: System, gains: AbstractGainRule) -> Observer:
+def extended_state_observer(extended: System, gains: Gains) -> Observer:
     """The exact observer of a plant with its disturbance: the errors of states and disturbance decay with the poles.
 
     Args:

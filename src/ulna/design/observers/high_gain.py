@@ -12,12 +12,13 @@ import sympy as sp
 
 from ulna.base.errors import DesignError, NoFormError
 from ulna.base.verdict import Verdict, all_of
-from ulna.design.control.gains import AbstractGainRule
+from ulna.design.control.gains import Gains, gain_rule
 from ulna.design.observers.observer import (
     Observer,
     controlled_rates,
     estimate_symbols,
     estimator_system,
+    gain_matrix,
 )
 from ulna.design.observers.output_functions import output_symbols
 from ulna.geometry.lie import lie_derivative
@@ -28,16 +29,16 @@ from ulna.symbolic.formulas.text import exact
 from ulna.system.system import System
 
 
-def high_gain_observer(system: System, gains: AbstractGainRule, *, time_scale: Any = 1) -> Observer:
+def high_gain_observer(system: System, gains: Gains, *, time_scale: Any = 1) -> Observer:
     """The high-gain observer of a plant; its error decays like exp(pole · t / ε) for ε small enough.
 
     Convergence needs Φ to be a diffeomorphism along the motion, f, g Lipschitz there, and the inputs to enter in a
-    triangular way (`valid` says whether they do); ε must be small enough for the plant's nonlinearity, which is not
+    triangular way (`verdict` says whether they do); ε must be small enough for the plant's nonlinearity, which is not
     checked. The smaller ε, the larger the peak at the start and the more noise passes.
 
     Args:
         system: an observable plant.
-        gains: `Poles(...)` of the scaled error, block after block in the order of the outputs.
+        gains: poles of the scaled error, block after block in the order of the outputs.
         time_scale: ε > 0, exact; the poles divided by ε are those of the linear part of the error.
 
     Raises:
@@ -53,11 +54,11 @@ def high_gain_observer(system: System, gains: AbstractGainRule, *, time_scale: A
             "Measure more, or use an extended Kalman filter if the rest of the state is stable.",
             value=seen,
         )
-    polynomials = gains.polynomials(seen.indices)
+    polynomials = gain_rule(gains).polynomials(seen.indices)
     scaled = tuple(
         tuple(a / epsilon ** (len(polynomial) - k) for k, a in enumerate(polynomial)) for polynomial in polynomials
     )
-    K = _derivative_gains(seen.indices, scaled)
+    K = gain_matrix(seen.indices, [polynomial[::-1] for polynomial in scaled])  # a_{κ−k} on the k-th derivative
     found = solve_linear(sp.Matrix(seen.matrix), sp.Matrix(K))
     if found.solution is None:
         raise NoFormError(
@@ -72,22 +73,20 @@ def high_gain_observer(system: System, gains: AbstractGainRule, *, time_scale: A
     rates = controlled_rates(view).xreplace(onto) + found.solution.xreplace(onto) * innovation
     return Observer(
         plant=system,
-        form=None,
-        gains=K,
-        polynomials=scaled,
         system=estimator_system(view, list(rates), "high-gain observer"),
-        valid=uniformly_observable(seen),
-        initial={},
+        polynomials=scaled,
+        verdict=triangular_inputs(seen),
     )
 
 
-def uniformly_observable(seen: Observability) -> Verdict:
+def triangular_inputs(seen: Observability) -> Verdict:
     """Whether inputs enter the derivatives of the outputs in a triangular way, so that no input spoils observability.
 
-    L_g L_f^k h_i must be a function of the L_f^l h_j with l ≤ k. Refuted with the `function` and the `input`.
+    L_g L_f^k h_i must be a function of the L_f^l h_j with l ≤ k. Refuted with the `function` and the `input`. With one
+    output that is uniform observability itself (Gauthier and Bornard, IEEE TAC 26 (1981)); with several it suffices.
     """
     view = seen.view
-    claim = f"'{view.system.name}' is observable uniformly in its inputs"
+    claim = f"the inputs of '{view.system.name}' enter the derivatives of its outputs in a triangular way"
     levels = [k for size in seen.indices for k in range(size)]
     parts = []
     for k in range(max(levels, default=0)):
@@ -104,19 +103,6 @@ def uniformly_observable(seen: Observability) -> Verdict:
                     return Verdict.refuted(claim, **evidence)
                 parts.append(with_it.verdict)
     return all_of(claim, parts)
-
-
-def _derivative_gains(
-    indices: tuple[int, ...], polynomials: tuple[tuple[sp.Expr, ...], ...]
-) -> sp.ImmutableDenseMatrix:
-    """(n, p): the gain on the k-th derivative of output i is the coefficient a_{κ−k} of its polynomial."""
-    K = sp.zeros(sum(indices), len(indices))
-    start = 0
-    for i, (size, polynomial) in enumerate(zip(indices, polynomials, strict=True)):
-        for k in range(size):
-            K[start + k, i] = polynomial[size - 1 - k]
-        start += size
-    return sp.ImmutableDenseMatrix(K)
 
 
 def _positive(value: Any) -> sp.Expr:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
 from ulna.base.errors import DesignError
 from ulna.base.verdict import Verdict
-from ulna.design.control.gains import AbstractGainRule
+from ulna.design.control.gains import Gains, gain_rule
 from ulna.design.observers.observer_form import ObserverForm
 from ulna.design.observers.output_functions import output_symbols
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy
-from ulna.system.affine import ControlAffine
+from ulna.system.affine import ControlAffine, control_affine
+from ulna.system.linear_injection import LinearInjection
 from ulna.system.signal import Signal
 from ulna.system.system import System
 
@@ -23,26 +24,44 @@ _SECONDS = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Observer:
-    """An estimator of the plant's states from its inputs and outputs.
+    """An estimator of the plant's states from its inputs and outputs, of whatever kind.
+
+    All kinds keep one contract: with no innovation, y = h(x̂), the estimates move as the plant does; and the innovation
+    enters as x̂' = f(x̂) + g(x̂) u − L (ŷ − y), L the `gains`.
 
     Attributes:
         plant: what is observed.
-        form: the observer form it was designed in; None for a high-gain observer or a Kalman filter.
-        gains: (n, p) L of z, or the tuning matrix of the other kinds.
-        polynomials: for each block the coefficients a₀ … a_{r−1} of the error's characteristic polynomial; empty where
-            the error is not linear.
-        system: the estimator: inputs the plant's inputs and outputs, outputs the estimates `<state>_hat`.
-        valid: on what the convergence rests (the form by substitution; the triangular structure; observability).
+        system: the estimator: inputs the plant's inputs, then its outputs; outputs the estimates `<state>_hat`.
+        polynomials: for each block the coefficients a₀ … a_{r−1} of the characteristic polynomial of the error's linear
+            part; empty for a Kalman filter, whose gain varies.
+        verdict: on what the convergence rests (the form by substitution; the triangular structure; observability).
+        form: the observer form it was designed in, where the error is exactly linear; None for other kinds.
         initial: values at which further states of the estimator (a covariance) start; the estimates start at zero.
+        linear: its states' linear part and what is injected, of an observer that runs in the form's coordinates.
     """
 
     plant: System
-    form: ObserverForm | None
-    gains: sp.ImmutableDenseMatrix
-    polynomials: tuple[tuple[sp.Expr, ...], ...]
     system: System
-    valid: Verdict
-    initial: Mapping[str, sp.Expr]
+    polynomials: tuple[tuple[sp.Expr, ...], ...]
+    verdict: Verdict
+    form: ObserverForm | None = None
+    initial: Mapping[str, sp.Expr] = field(default_factory=dict)
+    linear: LinearInjection | None = None
+
+    @property
+    def gains(self) -> sp.ImmutableDenseMatrix:
+        """(n, p) L = ∂x̂'/∂y at y = h(x̂), in the observer's states and the plant's inputs.
+
+        x̂' = f + g u − L (ŷ − y) holds exactly for a high-gain observer and a Kalman filter, and to first order in the
+        innovation where functions of y are injected.
+        """
+        view = control_affine(self.plant)
+        estimates = sp.Matrix(self.system.inline(self.system.readouts))
+        rates = estimates.jacobian(list(self.system.state_symbols)) * sp.Matrix(self.system.inline(self.system.rates))
+        shown = view.h.xreplace(dict(zip(view.x, estimates, strict=True)))
+        y = output_symbols(view)
+        slopes = rates.jacobian(list(y)).xreplace(dict(zip(y, shown, strict=True)))
+        return sp.ImmutableDenseMatrix(slopes.applyfunc(lambda e: tidy(e, seconds=0.2)))
 
     def __repr__(self) -> str:
         return f"Observer of '{self.plant.name}'\n{self.system!r}"
@@ -51,40 +70,43 @@ class Observer:
         return self.system._repr_latex_()
 
 
-def exact_observer(form: ObserverForm, gains: AbstractGainRule) -> Observer:
+def exact_observer(form: ObserverForm, gains: Gains) -> Observer:
     """The observer in the plant's own coordinates, whose error in z is linear with the chosen poles (paper eq. 52-53).
 
     x̂' = f(x̂) + g(x̂) u + (∂x/∂z)(x̂) [γ(y, u) − γ(ŷ, u) + L (ψ(y) − ψ(ŷ))] with ŷ = h(x̂): no inverse map is needed.
 
     Args:
         form: the observer form.
-        gains: `Poles(...)` of A − L C, block after block.
+        gains: poles of A − L C, block after block.
 
     Raises:
         DesignError: if the gain rule does not fit the blocks.
     """
     view = form.view
-    polynomials = gains.polynomials(form.indices)
+    polynomials = gain_rule(gains).polynomials(form.indices)
     L = gain_matrix(form.indices, polynomials)
-    hats = estimate_symbols(view.system)
-    onto = dict(zip(view.x, hats, strict=True))
+    onto = dict(zip(view.x, estimate_symbols(view.system), strict=True))
     seen = dict(zip(form.y, (h.xreplace(onto) for h in view.h), strict=True))
     measured = sp.Matrix(form.measured)
     correction = form.injection - form.injection.xreplace(seen) + L * (measured - measured.xreplace(seen))
     rates = controlled_rates(view).xreplace(onto) + form.jacobian.xreplace(onto) * correction
     return Observer(
         plant=view.system,
-        form=form,
-        gains=L,
-        polynomials=polynomials,
         system=estimator_system(view, [collected(r) for r in rates], "exact observer"),
-        valid=form.verdict,
-        initial={},
+        polynomials=polynomials,
+        verdict=form.verdict,
+        form=form,
     )
 
 
-def exact_observer_in_form_coordinates(form: ObserverForm, gains: AbstractGainRule) -> Observer:
-    """The same observer in z: ẑ' = A ẑ + γ(y, u) + L (ψ(y) − C ẑ) (paper eq. 49-51), estimates x̂ = T⁻¹(ẑ).
+def injected_observer(form: ObserverForm, gains: Gains) -> Observer:
+    """The same observer in z: ẑ' = (A − L C) ẑ + γ(y, u) + L ψ(y) (paper eq. 49-51), estimates x̂ = T⁻¹(ẑ).
+
+    Its `linear` part and what is injected stand apart, so that a processor can hold it exactly between samples.
+
+    Args:
+        form: the observer form.
+        gains: poles of A − L C, block after block.
 
     Raises:
         DesignError: if the inverse map is not known or the gain rule does not fit the blocks.
@@ -96,39 +118,72 @@ def exact_observer_in_form_coordinates(form: ObserverForm, gains: AbstractGainRu
             "no inverse of the transformation was found, so estimates of x cannot be given.",
             "Use exact_observer, which works in x and needs no inverse.",
         )
-    polynomials = gains.polynomials(form.indices)
+    polynomials = gain_rule(gains).polynomials(form.indices)
     L = gain_matrix(form.indices, polynomials)
+    matrix = sp.Matrix(form.A - L * form.C)
+    injection = sp.Matrix(form.injection) + L * sp.Matrix(form.measured)
     names = tuple(f"{z.name}_hat" for z in form.map.new)
     hats = sp.Matrix([sp.Symbol(name, real=True) for name in names])
-    rates = form.A * hats + form.injection + L * (sp.Matrix(form.measured) - form.C * hats)
-    onto = dict(zip(form.map.new, hats, strict=True))
     x_system = estimator_system(view, [sp.Integer(0)] * len(view.x), "exact observer in z")
     system = replace(
         x_system,
         states=tuple(Signal(name=name, text="coordinate of the observer form") for name in names),
-        rates=tuple(tidy(r, seconds=_SECONDS) for r in rates),
-        readouts=tuple(form.map.inverse.xreplace(onto)),
+        rates=tuple(tidy(r, seconds=_SECONDS) for r in matrix * hats + injection),
+        readouts=tuple(form.map.inverse.xreplace(dict(zip(form.map.new, hats, strict=True)))),
     )
+    onto = dict(zip(view.x, estimate_symbols(view.system), strict=True))
     return Observer(
         plant=view.system,
-        form=form,
-        gains=L,
-        polynomials=polynomials,
         system=system,
-        valid=form.verdict,
-        initial={},
+        polynomials=polynomials,
+        verdict=form.verdict,
+        form=form,
+        linear=LinearInjection(
+            system=system,
+            matrix=sp.ImmutableDenseMatrix(matrix.xreplace(view.system.values)),
+            injection=tuple(injection),
+            start=tuple(form.map.forward.xreplace(onto)),
+        ),
     )
 
 
 def gain_matrix(indices: Sequence[int], polynomials: Sequence[Sequence[sp.Expr]]) -> sp.ImmutableDenseMatrix:
-    """(n, p) L for which A − L C has these characteristic polynomials, a₀ first, block by block."""
+    """(n, p) L for which A − L C of an observer form has these characteristic polynomials, a₀ first, block by block."""
     L = sp.zeros(sum(indices), len(indices))
     start = 0
     for i, (size, polynomial) in enumerate(zip(indices, polynomials, strict=True)):
-        for k in range(size):
-            L[start + k, i] = polynomial[k]
+        L[start : start + size, i] = sp.Matrix(size, 1, list(polynomial))
         start += size
     return sp.ImmutableDenseMatrix(L)
+
+
+def gains_in_form(observer: Observer) -> sp.ImmutableDenseMatrix:
+    """(n, p) the constant L of ẑ' = A ẑ + γ(y, u) − L (ψ(ŷ) − ψ(y)).
+
+    Raises:
+        DesignError: if the observer was not designed in an observer form.
+    """
+    return gain_matrix(_form(observer).indices, observer.polynomials)
+
+
+def error_matrix(observer: Observer) -> sp.ImmutableDenseMatrix:
+    """(n, n) A − L C of the linear error dynamics.
+
+    Raises:
+        DesignError: if the observer's error is not linear.
+    """
+    form = _form(observer)
+    return sp.ImmutableDenseMatrix(form.A - gains_in_form(observer) * form.C)
+
+
+def _form(observer: Observer) -> ObserverForm:
+    if observer.form is None:
+        raise DesignError(
+            f"linear error of '{observer.system.name}'",
+            "its error dynamics are not linear.",
+            "Use exact_observer where the plant has an observer form.",
+        )
+    return observer.form
 
 
 def estimate_symbols(plant: System) -> tuple[sp.Symbol, ...]:
@@ -181,17 +236,6 @@ def collected(rate: sp.Expr) -> sp.Expr:
         short = rate
     tidied = tidy(short, seconds=_SECONDS)
     return tidied if sp.count_ops(tidied) < sp.count_ops(short) else short
-
-
-def error_matrix(observer: Observer) -> sp.ImmutableDenseMatrix:
-    """(n, n) A − L C of the linear error dynamics.
-
-    Raises:
-        DesignError: if the observer's error is not linear.
-    """
-    if observer.form is None:
-        raise DesignError(f"error matrix of '{observer.system.name}'", "its error dynamics are not linear.")
-    return sp.ImmutableDenseMatrix(observer.form.A - observer.gains * observer.form.C)
 
 
 def controlled_rates(view: ControlAffine) -> sp.Matrix:

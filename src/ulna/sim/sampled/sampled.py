@@ -106,5 +106,5 @@ class Sampled:
             raise SimulationError(
                 "ExactHold()",
                 "it needs an estimator whose linear part is known.",
-                "Give estimator=injected_observer(form, gains), a LinearInjection.",
+                "Give estimator=injected_observer(form, gains).linear.",
             )

@@ -14,11 +14,13 @@ from ulna.design import (
     ObserverForm,
     Poles,
     controller_form,
+    error_matrix,
     exact_observer,
+    gains_in_form,
+    injected_observer,
     observer_form,
     state_feedback,
 )
-from ulna.design.observers.observer import error_matrix, exact_observer_in_form_coordinates
 from ulna.geometry import accessibility, observability
 from ulna.models import model
 from ulna.studies.paper.chain import XBAR, Choices, U, X, Y, Z
@@ -104,7 +106,7 @@ def exact_design(choices: Choices) -> Exact:
         law=state_feedback(form, Poles(*choices.controller_poles)),
         observer_form=seen,
         observer=exact_observer(seen, gains),
-        observer_in_z=exact_observer_in_form_coordinates(seen, gains),
+        observer_in_z=injected_observer(seen, gains),
         brackets=accessibility(plant).matrix,
         differentials=observability(plant).matrix,
         drift_in_z=form.drift_in_z,
@@ -138,7 +140,7 @@ def known_results(exact: Exact) -> Mapping[str, sp.ImmutableDenseMatrix]:
         "A": seen.A,
         "gamma": seen.injection,
         "c": seen.C,
-        "L": exact.observer.gains,
+        "L": gains_in_form(exact.observer),
         "A_51": error_matrix(exact.observer),
         "L_53": -slopes[:, 0],
         "A_53": sp.Matrix.hstack(sp.zeros(3, 1), slopes[:, 1:]),

@@ -9,6 +9,7 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import FormulaError
+from ulna.design import gains_in_form
 from ulna.geometry.lie import lie_bracket, lie_derivative, lie_derivative_of_covector
 from ulna.studies.paper.chain import U, X, Y, Z
 from ulna.studies.paper.compare import Comparison, Finding
@@ -192,7 +193,7 @@ def _names(exact: Exact) -> dict[str, Any]:
         "fbar3": in_z[2],
         **{f"k{i + 1}": gains[i] for i in range(3)},
         "A": exact.observer_form.A,
-        "L": exact.observer.gains,
+        "L": gains_in_form(exact.observer),
         "c": exact.observer_form.C,
         "z": sp.Matrix(Z),
         "zbar": _ZBAR,

@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.design.observers.observer import error_matrix
+from ulna.design import error_matrix, gains_in_form
 from ulna.models.forearm import SmallOscillations
 from ulna.report import plain
 from ulna.studies.paper.compare import Comparison
@@ -78,15 +78,15 @@ def _comparison(comparison: Comparison) -> dict[str, Any]:
 def _design(exact: Exact) -> dict[str, Any]:
     s = sp.Symbol("s")
     error = error_matrix(exact.observer)
-    onto_old = exact.observer_form.jacobian * exact.observer.gains
+    gains = gains_in_form(exact.observer)
     return {
         "law": exact.named(exact.law.expressions)[0],
         "feedback_gains": list(exact.law.gains),
         "controller_poles": list(exact.choices.controller_poles),
         "transformation": exact.named(exact.form.map.forward),
-        "observer_gains_in_z": list(exact.observer.gains),
+        "observer_gains_in_z": list(gains),
         "observer_gains_in_x": list(_correction(exact)),
-        "observer_gains_in_x_without_injection": list(onto_old),
+        "observer_gains_in_x_without_injection": list(exact.observer_form.jacobian * gains),
         "error_poles": sorted(sp.roots(error.charpoly(s).as_expr(), s), reverse=True),
     }
 
