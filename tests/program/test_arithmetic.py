@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
+from compilers import by_numba, same_bits
 from random_kernels import SPECIAL, points, random_kernel
 
 from ulna.base import UlnaError
 from ulna.program import (
-    HEADER,
-    TEMPLATES,
     Fused,
     InstructionList,
     Kernel,
     Operation,
     Plain,
     Scalar,
-    compiled,
     in_arithmetic,
     lie_derivatives,
-    literal,
     tangents,
     to_numpy,
     to_python,
@@ -39,28 +35,6 @@ STEPS = {
 }
 
 
-def same(left: Any, right: Any) -> bool:
-    """Equal to the last bit, signs of zero included; any NaN is a NaN."""
-    left, right = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
-    both = np.isnan(left) & np.isnan(right)
-    return left.shape == right.shape and bool((both | (left.view(np.uint64) == right.view(np.uint64))).all())
-
-
-def lines_of(kernel: Kernel, first: int) -> list[str]:
-    """The kernel inside a loop over columns of `x`, results from row `first` of `out` on."""
-    names = [f"x[{k}, l]" for k in range(len(kernel.inputs))]
-    lines = []
-    for position, instruction in enumerate(kernel.instructions):
-        if instruction.operation is Operation.CONSTANT:
-            names.append(literal(instruction))
-            continue
-        names.append(f"v{position}")
-        lines.append(
-            f"v{position} = {TEMPLATES[instruction.operation].format(*(names[k] for k in instruction.operands))}"
-        )
-    return lines + [f"out[{first + k}, l] = {names[result]}" for k, result in enumerate(kernel.results)]
-
-
 def old_lines_of(kernel: Kernel, first: int) -> list[str]:
     w = Writer()
     names = {name: w.new(f"x[{k}, l]") for k, name in enumerate(kernel.inputs)}
@@ -69,27 +43,10 @@ def old_lines_of(kernel: Kernel, first: int) -> list[str]:
     return w.lines
 
 
-def by_numba(
-    kernels: Sequence[Kernel], x: np.ndarray, lines: Callable[[Kernel, int], list[str]] = lines_of
-) -> np.ndarray:
-    """All outputs of all kernels one below the other, compiled as one module."""
-    text, first = "", 0
-    for kernel in kernels:
-        text += "    for l in range(x.shape[1]):\n"
-        text += "".join(f"        {line}\n" for line in lines(kernel, first))
-        first += len(kernel.outputs)
-    head = (
-        '@numba.njit("void(float64[:, ::1], float64[:, ::1])", error_model="numpy", cache=CACHE)\ndef loop(x, out):\n'
-    )
-    out = np.zeros((first, x.shape[1]))
-    compiled(HEADER + head + text)(x, out)
-    return out
-
-
 def test_fused_arithmetic_rounds_as_the_loops_of_the_simulator_did() -> None:
     kernels = [random_kernel(k) for k in range(12)]
     x = points(3, 10_000, 0)
-    assert same(by_numba(kernels, x, old_lines_of), by_numba([in_arithmetic(k, Fused()) for k in kernels], x))
+    assert same_bits(by_numba(kernels, x, old_lines_of), by_numba([in_arithmetic(k, Fused()) for k in kernels], x))
 
 
 def test_python_numpy_and_numba_agree_on_fused_kernels() -> None:
@@ -98,8 +55,8 @@ def test_python_numpy_and_numba_agree_on_fused_kernels() -> None:
     x = points(3, 60, 0)
     arrays = np.concatenate([to_numpy(k)(*x[: len(k.inputs)]) for k in kernels])
     scalars = [np.array([to_python(k)(*map(float, c[: len(k.inputs)])) for c in x.T]).T for k in kernels]
-    assert same(arrays, np.concatenate(scalars))
-    assert same(arrays, by_numba(kernels, x))
+    assert same_bits(arrays, np.concatenate(scalars))
+    assert same_bits(arrays, by_numba(kernels, x))
 
 
 @pytest.mark.parametrize("arithmetic", [Fused(), Plain()])
@@ -127,11 +84,11 @@ def _numbers(count: int, seed: int) -> np.ndarray:
 def test_the_fused_multiply_add_rounds_once() -> None:
     a, b, c = _numbers(20_000, 1)
     arrays = fused(a, b, c)
-    assert same(arrays, [fused_scalar(*map(float, each)) for each in zip(a, b, c, strict=True)])
+    assert same_bits(arrays, [fused_scalar(*map(float, each)) for each in zip(a, b, c, strict=True)])
     kernel = _kernel(3, lambda x: x[0].apply(Operation.FMA, x[1], x[2]))
-    assert same(arrays, by_numba([kernel], np.array([a, b, c]))[0])
+    assert same_bits(arrays, by_numba([kernel], np.array([a, b, c]))[0])
     with np.errstate(all="ignore"):
-        assert not same(arrays, a * b + c)
+        assert not same_bits(arrays, a * b + c)
     finite = [k for k in range(2000) if math.isfinite(arrays[k])]
     exact = [Fraction(a[k]) * Fraction(b[k]) + Fraction(c[k]) for k in finite]
     assert arrays[finite].tolist() == [float(value) for value in exact]

@@ -11,10 +11,13 @@ from ulna.program.instructions_from_casadi import kernel_from_casadi
 from ulna.program.jet import explicit, lie_derivatives, open_derivatives
 from ulna.program.kernel import Kernel, restricted, without_inputs
 from ulna.program.linear_kernel import joined, solved
+from ulna.program.lowering.c import C_FLAGS, c_header, to_c
+from ulna.program.lowering.javascript import to_javascript
 from ulna.program.lowering.numba import GPU_HEADER, HEADER, TEMPLATES, cache_folder, compiled, literal
 from ulna.program.lowering.numpy import to_numpy
 from ulna.program.lowering.python_source import to_python, to_python_source
 from ulna.program.modes import MODE, Moded, with_modes
+from ulna.program.precision import Precision
 from ulna.program.scalar import Scalar
 from ulna.program.second_slopes import BITS, second_slopes
 from ulna.program.tangent import at_zero, tangents
@@ -22,6 +25,7 @@ from ulna.program.terms import Terms
 
 __all__ = [
     "BITS",
+    "C_FLAGS",
     "GPU_HEADER",
     "HEADER",
     "HOISTED",
@@ -37,9 +41,11 @@ __all__ = [
     "Moded",
     "Operation",
     "Plain",
+    "Precision",
     "Scalar",
     "Terms",
     "at_zero",
+    "c_header",
     "cache_folder",
     "compiled",
     "explicit",
@@ -57,6 +63,8 @@ __all__ = [
     "solved",
     "solved_for_inputs",
     "tangents",
+    "to_c",
+    "to_javascript",
     "to_numpy",
     "to_python",
     "to_python_source",

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import keyword
-import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from ulna.base import FormulaError
+from ulna.program.identifiers import is_plain_name
 from ulna.program.instructions import Instruction, InstructionList, Operation, pruned
-
-_INTERMEDIATE = re.compile(r"v\d+|in_\d+|total_\w+|\w*__\w*")
-
-_RESERVED = frozenset({"math", "np", "abs", "fused", "flipped"})
-"""Modules and functions that generated source refers to."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, weakref_slot=True)
@@ -52,14 +46,12 @@ class Kernel:
 
     @property
     def identifiers(self) -> tuple[str, ...]:
-        """For each input a name that can stand in Python and C source, equal to its own name where that can."""
+        """For each input a name for Python, C and JavaScript source, equal to its own name where that can be."""
         taken: set[str] = set()
         names = []
         for position, name in enumerate(self.inputs):
-            plain = name.isidentifier() and name.isascii() and not keyword.iskeyword(name)
-            # v0, v1 ... are the names of intermediate values.
-            reserved = name in _RESERVED or _INTERMEDIATE.fullmatch(name)
-            choice = name if plain and not reserved and name not in taken else f"in_{position}"
+            free = is_plain_name(name) and name not in taken
+            choice = name if free else f"in_{position}"
             taken.add(choice)
             names.append(choice)
         return tuple(names)

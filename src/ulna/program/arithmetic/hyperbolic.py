@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ulna.program.arithmetic.arithmetic import AbstractArithmetic
 from ulna.program.arithmetic.polynomial import fused, polynomial
 from ulna.program.scalar import Scalar
 
@@ -10,7 +11,7 @@ LAMBERT_BELOW = (1.0, 0.47058823529411764, 0.027450980392156862, 0.0004022121669
 """Of tanh y = y N(y²)/D(y²), the ninth convergent of Lambert's continued fraction."""
 
 
-def hyperbolic_tangent(value: Scalar) -> Scalar:
+def hyperbolic_tangent(_arithmetic: AbstractArithmetic, value: Scalar) -> Scalar:
     """tanh x within 2e-15: Lambert's continued fraction, cut after nine terms, at x/16, then doubled four times.
 
     tanh 2y = 2 n d/(d² + n²) for tanh y = n/d, so that one division is left; beyond 20 the answer is ±1.

@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 from ulna.base import UlnaError
+from ulna.program.arithmetic.arithmetic import AbstractArithmetic
 from ulna.program.instructions import Instruction, Operation
+from ulna.program.precision import Precision
 from ulna.program.scalar import Scalar
 
 ROUNDING = 6755399441055744.0
 """1.5 · 2^52: adding and subtracting it rounds to the nearest whole number, whose last bit ends the sum."""
 
 
-def floor(value: Scalar) -> Scalar:
-    """The largest whole number not above it; numbers from 2^51 on are whole for this purpose."""
-    near = (value + ROUNDING) - ROUNDING
+def rounding(precision: Precision) -> float:
+    """1.5 · 2^52 or, in single precision, 1.5 · 2^23."""
+    return 1.5 * 2.0 ** (precision.bits - 1)
+
+
+def floor(arithmetic: AbstractArithmetic, value: Scalar) -> Scalar:
+    """The largest whole number not above it; numbers from 2^51 (single: 2^22) on are whole for this purpose."""
+    shift = rounding(arithmetic.precision)
+    near = (value + shift) - shift
     whole = near.more(value).where(near - 1.0, near)
-    return abs(value).less(2251799813685248.0).where(whole, value)
+    return abs(value).less(2.0 ** (arithmetic.precision.bits - 2)).where(whole, value)
+
+
+_SHIFTS = frozenset(rounding(precision) for precision in Precision)
 
 
 def refuse_rounded(name: str, instruction: Instruction) -> None:
@@ -23,9 +34,9 @@ def refuse_rounded(name: str, instruction: Instruction) -> None:
     Raises:
         UlnaError: for the constant that rounds.
     """
-    if instruction.operation is Operation.CONSTANT and instruction.value == ROUNDING:
+    if instruction.operation is Operation.CONSTANT and instruction.value in _SHIFTS:
         raise UlnaError(
             f"derivatives of '{name}'",
-            "it rounds to whole numbers, by a sum with 1.5 · 2^52: its functions are written out.",
+            f"it rounds to whole numbers, by a sum with {instruction.value:.0f}: its functions are written out.",
             "Take derivatives first and choose the arithmetic last (`in_arithmetic`).",
         )

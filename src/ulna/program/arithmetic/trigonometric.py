@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ulna.program.arithmetic.arithmetic import AbstractArithmetic
 from ulna.program.arithmetic.polynomial import fused
 from ulna.program.arithmetic.rounding import ROUNDING
 from ulna.program.instructions import Operation
@@ -10,7 +11,7 @@ from ulna.program.scalar import Scalar
 INVERSE_PI, PI_HIGH, PI_LOW = 0.3183098861837907, 3.141592653589793, 1.2246467991473532e-16
 
 
-def fused_sine(angle: Scalar) -> Scalar:
+def fused_sine(_: AbstractArithmetic, angle: Scalar) -> Scalar:
     """sin x = ± sin(x − n π) for even and odd n."""
     turns = fused(angle, INVERSE_PI, ROUNDING)
     n = turns - ROUNDING
@@ -18,7 +19,7 @@ def fused_sine(angle: Scalar) -> Scalar:
     return _fused_sine_near_zero(r).apply(Operation.FLIP, turns)
 
 
-def fused_cosine(angle: Scalar) -> Scalar:
+def fused_cosine(_: AbstractArithmetic, angle: Scalar) -> Scalar:
     """cos x = ± sin((j + 1/2) π − x) for even and odd j."""
     turns = fused(angle, INVERSE_PI, -0.5) + ROUNDING
     n = (turns - ROUNDING) + 0.5

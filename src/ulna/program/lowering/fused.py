@@ -38,9 +38,13 @@ def fused_scalar(a: float, b: float, c: float) -> float:
 
 
 def fused(a: Any, b: Any, c: Any) -> np.ndarray:
-    """a·b + c rounded once, for arrays of doubles that broadcast."""
+    """a·b + c rounded once, for arrays that broadcast, double or single."""
+    kind = np.result_type(a, b, c)
     a, b, c = np.broadcast_arrays(*(np.asarray(each, dtype=float) for each in (a, b, c)))
     with np.errstate(all="ignore"):
+        if kind == np.float32:
+            # The product of two singles is exact in double precision.
+            return _added_to_odd(a * b, c).astype(np.float32)
         high, low = _product(a, b)
         above, rest = _sum(c, low)
         above, middle = _sum(high, above)
@@ -62,8 +66,7 @@ def flipped_scalar(value: float, turns: float) -> float:
 
 def flipped(value: Any, turns: Any) -> np.ndarray:
     """The values, their signs changed where the last bit of the other numbers is set."""
-    odd = np.ascontiguousarray(turns, dtype=float).view(np.uint64) & np.uint64(1)
-    return np.where(odd.reshape(np.shape(turns)), np.negative(value), value)
+    return np.where(_last_bits(turns), np.negative(value), value)
 
 
 def _middling(a: Any) -> Any:
@@ -93,6 +96,11 @@ def _halves(a: Any) -> tuple[Any, Any]:
 def _added_to_odd(a: Any, b: Any) -> Any:
     """The sum; where it is not exact that of its two neighbours whose last bit is set."""
     total, lost = _sum(a, b)
-    bits = np.ascontiguousarray(total).view(np.uint64).reshape(np.shape(total))
     toward = np.nextafter(total, np.where(lost > 0.0, np.inf, -np.inf))
-    return np.where((lost != 0.0) & (bits & np.uint64(1) == 0), toward, total)
+    return np.where((lost != 0.0) & np.isfinite(total) & (_last_bits(total) == 0), toward, total)
+
+
+def _last_bits(a: Any) -> Any:
+    array = np.ascontiguousarray(a)
+    whole = np.uint32 if array.dtype == np.float32 else np.uint64
+    return (array.view(whole) & whole(1)).reshape(np.shape(a))

@@ -13,6 +13,7 @@ from ulna.program.instructions import Operation
 from ulna.program.kernel import Kernel
 from ulna.program.lowering.fused import flipped, fused
 from ulna.program.lowering.python_source import INDENT, TEMPLATES, executed, literal, to_python
+from ulna.program.precision import Precision
 
 _ARRAY_TEMPLATES: Mapping[Operation, str] = MappingProxyType(
     {
@@ -37,16 +38,16 @@ _ARRAY_TEMPLATES: Mapping[Operation, str] = MappingProxyType(
         Operation.ACOSH: "np.arccosh({0})",
         Operation.ATANH: "np.arctanh({0})",
         Operation.ABS: "np.abs({0})",
-        Operation.SIGN: "np.sign({0})",
+        Operation.SIGN: "np.where(np.greater({0}, zero), one, np.where(np.less({0}, zero), -one, {0}))",
         Operation.FLOOR: "np.floor({0})",
-        Operation.MIN: "np.minimum({0}, {1})",
-        Operation.MAX: "np.maximum({0}, {1})",
-        Operation.LESS: "np.where(np.less({0}, {1}), 1.0, 0.0)",
-        Operation.LESS_EQUAL: "np.where(np.less_equal({0}, {1}), 1.0, 0.0)",
-        Operation.EQUAL: "np.where(np.equal({0}, {1}), 1.0, 0.0)",
-        Operation.AND: "np.where(np.logical_and({0}, {1}), 1.0, 0.0)",
-        Operation.OR: "np.where(np.logical_or({0}, {1}), 1.0, 0.0)",
-        Operation.NOT: "np.where({0}, 0.0, 1.0)",
+        Operation.MIN: "np.where(np.less({0}, {1}) | np.not_equal({0}, {0}), {0}, {1})",
+        Operation.MAX: "np.where(np.greater({0}, {1}) | np.not_equal({0}, {0}), {0}, {1})",
+        Operation.LESS: "np.where(np.less({0}, {1}), one, zero)",
+        Operation.LESS_EQUAL: "np.where(np.less_equal({0}, {1}), one, zero)",
+        Operation.EQUAL: "np.where(np.equal({0}, {1}), one, zero)",
+        Operation.AND: "np.where(np.logical_and({0}, {1}), one, zero)",
+        Operation.OR: "np.where(np.logical_or({0}, {1}), one, zero)",
+        Operation.NOT: "np.where({0}, zero, one)",
         Operation.SELECT: "np.where({0}, {1}, {2})",
         Operation.FMA: "fused({0}, {1}, {2})",
         Operation.FLIP: "flipped({0}, {1})",
@@ -54,29 +55,31 @@ _ARRAY_TEMPLATES: Mapping[Operation, str] = MappingProxyType(
 )
 
 
-def to_numpy(kernel: Kernel) -> Callable[..., tuple[Any, ...]]:
+def to_numpy(kernel: Kernel, *, precision: Precision = Precision.DOUBLE) -> Callable[..., tuple[Any, ...]]:
     """A function of the inputs, in order, that returns the outputs as a tuple.
 
-    With scalars only: floats, bit-equal to the Python source. With arrays: every output is an array of the
-    broadcast shape of all inputs; elementary functions are NumPy's, which may differ from `math` in the last bit.
-    Infinities and NaN come out where IEEE arithmetic has them, without warnings.
+    With scalars only: floats, bit-equal to the Python source. With arrays, and always in single precision: every output
+    is an array of the broadcast shape of all inputs; elementary functions are NumPy's, which may differ from `math` in
+    the last bit. Infinities and NaN come out where IEEE arithmetic has them, without warnings.
     """
     scalar = to_python(kernel)
-    arrays = executed(_source(kernel), {"np": np, "math": math, "fused": fused, "flipped": flipped})
+    real = precision.dtype
+    names = {"np": np, "math": math, "fused": fused, "flipped": flipped, "one": real(1), "zero": real(0), "real": real}
+    arrays = executed(_source(kernel, "real({})" if precision is Precision.SINGLE else "{}"), names)
 
     def evaluate(*values: Any) -> tuple[Any, ...]:
-        if all(isinstance(value, float | int) or np.ndim(value) == 0 for value in values):
+        if precision is Precision.DOUBLE and all(isinstance(v, float | int) or np.ndim(v) == 0 for v in values):
             return scalar(*map(float, values))
-        converted = [np.asarray(value, dtype=float) for value in values]
-        shape = np.broadcast_shapes(*(value.shape for value in converted))
         with np.errstate(all="ignore"):
+            converted = [np.asarray(value, dtype=real) for value in values]
+            shape = np.broadcast_shapes(*(value.shape for value in converted))
             results = arrays(*converted)
         return tuple(np.broadcast_to(result, shape).copy() for result in results)
 
     return evaluate
 
 
-def _source(kernel: Kernel) -> str:
+def _source(kernel: Kernel, constant: str) -> str:
     """Like the Python source, but a name is used again once its value is dead: arrays may be large."""
     last_use = _last_uses(kernel)
     names = list(kernel.identifiers)
@@ -86,7 +89,7 @@ def _source(kernel: Kernel) -> str:
     for position, instruction in enumerate(kernel.instructions):
         index = len(kernel.inputs) + position
         if instruction.operation is Operation.CONSTANT:
-            names.append(literal(instruction))
+            names.append(constant.format(literal(instruction)))
             continue
         text = _ARRAY_TEMPLATES[instruction.operation].format(*(names[operand] for operand in instruction.operands))
         dead = {k for k in instruction.operands if last_use[k] == index and _is_intermediate(kernel, k)}

@@ -12,6 +12,7 @@ import numpy as np
 from ulna.program.instructions import Instruction, Operation
 from ulna.program.kernel import Kernel
 from ulna.program.lowering.fused import flipped_scalar, fused_scalar
+from ulna.program.lowering.statements import checked_function_name, statements
 
 INDENT = "    "
 
@@ -86,7 +87,7 @@ def to_python_source(kernel: Kernel, *, function_name: str | None = None) -> str
     `ZeroDivisionError`, `ValueError` or `OverflowError` where IEEE arithmetic has an infinity or a NaN
     (`to_python` has not). The source needs `import math`, with FMA and FLIP also functions `fused` and `flipped`.
     """
-    return written_out(kernel, function_name or "kernel", TEMPLATES)
+    return written_out(kernel, checked_function_name(function_name) if function_name else "kernel", TEMPLATES)
 
 
 def to_python(kernel: Kernel) -> Callable[..., tuple[float, ...]]:
@@ -110,19 +111,11 @@ def to_python(kernel: Kernel) -> Callable[..., tuple[float, ...]]:
 
 def written_out(kernel: Kernel, function_name: str, templates: Mapping[Operation, str]) -> str:
     """One assignment an instruction in the order of the list; constants are written where they are used."""
-    names = list(kernel.identifiers)
-    lines = [f"def {function_name}({', '.join(names)}):"]
-    for position, instruction in enumerate(kernel.instructions):
-        if instruction.operation is Operation.CONSTANT:
-            names.append(literal(instruction))
-            continue
-        target = f"v{position}"
-        operands = (names[operand] for operand in instruction.operands)
-        lines.append(f"{INDENT}{target} = {templates[instruction.operation].format(*operands)}")
-        names.append(target)
-    values = "".join(f"{names[result]}, " for result in kernel.results)
-    lines.append(f"{INDENT}return ({values.rstrip()})")
-    return "\n".join(lines) + "\n"
+    pairs, results = statements(kernel, kernel.identifiers, templates, literal, language="Python")
+    lines = [f"def {function_name}({', '.join(kernel.identifiers)}):"]
+    lines += [f"{INDENT}{name} = {text}" for name, text in pairs]
+    values = "".join(f"{each}, " for each in results)
+    return "\n".join([*lines, f"{INDENT}return ({values.rstrip()})"]) + "\n"
 
 
 def literal(instruction: Instruction) -> str:
