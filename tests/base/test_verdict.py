@@ -1,17 +1,32 @@
 import pytest
 
 from ulna.base import Status, UlnaError, Verdict, all_of
+from ulna.design.analysis.findings import Finding
 
 
-def test_proved_and_refuted_verdicts_are_truth_values():
-    assert Verdict.proved("a")
-    assert not Verdict.refuted("a", point=1)
+@pytest.mark.parametrize("status", Status)
+def test_a_verdict_refuses_to_be_a_bool_and_says_what_to_ask(status):
+    with pytest.raises(UlnaError, match=rf"'a': it is {status}.*Ask \.holds"):
+        bool(Verdict(claim="a", status=status))
 
 
-@pytest.mark.parametrize("verdict", [Verdict.supported("a"), Verdict.undecided("a")])
-def test_an_unproved_verdict_refuses_to_be_a_truth_value(verdict):
-    with pytest.raises(UlnaError, match="not a yes or a no"):
-        bool(verdict)
+def test_a_finding_refuses_as_well():
+    with pytest.raises(UlnaError, match=r"'a': it is proved, with the value 3.*Ask \.value"):
+        bool(Finding(verdict=Verdict.proved("a"), value=3))
+
+
+def test_verdicts_answer_by_holds_and_fails():
+    answers = {verdict.status: (verdict.holds, verdict.fails) for verdict in map(_verdict, Status)}
+    assert answers == {
+        Status.PROVED: (True, False),
+        Status.SUPPORTED: (True, False),
+        Status.UNDECIDED: (False, False),
+        Status.REFUTED: (False, True),
+    }
+
+
+def _verdict(status):
+    return Verdict(claim="a", status=status)
 
 
 def test_a_conjunction_is_as_sure_as_its_least_sure_part():

@@ -45,7 +45,7 @@ def test_the_arm_is_observable_everywhere() -> None:
     seen = observability(ARM)
     assert seen.rank.value == seen.at_point.value == 3
     assert seen.determinant == 1
-    assert bool(seen.observable)
+    assert seen.observable.status is Status.PROVED
 
 
 def test_rank_of_the_gyro_drops_at_rest_and_its_determinant_says_where() -> None:

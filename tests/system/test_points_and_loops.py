@@ -3,7 +3,7 @@ import math
 import pytest
 import sympy as sp
 
-from ulna.base import PlantError
+from ulna.base import PlantError, Status
 from ulna.models import model
 from ulna.system import connect, equilibria, linearise, operating_point, system_from_mapping
 
@@ -13,7 +13,7 @@ LAG = {"states": {"x": "(u - x)/T"}, "inputs": {"u": {}}, "outputs": {"y": "x"},
 def test_the_arm_rests_horizontally_with_the_current_that_holds_it():
     arm = model("one_link_arm")
     point = operating_point(arm)
-    assert point.equilibrium
+    assert point.equilibrium.holds
     current = point.states[sp.Symbol("i", real=True)].subs(arm.values)
     assert current == -sp.Rational(1764, 100)
 
@@ -21,7 +21,7 @@ def test_the_arm_rests_horizontally_with_the_current_that_holds_it():
 def test_an_operating_point_left_out_is_solved_for():
     system = system_from_mapping({"states": {"x": "x - 3 + u", "z": "-z + x"}, "inputs": {"u": {}}})
     point = operating_point(system)
-    assert point.equilibrium
+    assert point.equilibrium.holds
     assert point.inputs[sp.Symbol("u", real=True)] == 3
 
 
@@ -34,7 +34,7 @@ def test_a_plant_without_equilibrium_says_so():
 def test_all_equilibria_of_the_arm_are_found_and_proved_complete():
     found = equilibria(model("one_link_arm"), {"theta": (-6.3, 6.3)})
     assert [p.states["theta"] for p in found.points] == pytest.approx([(k + 0.5) * math.pi for k in (-2, -1, 0, 1)])
-    assert found.complete
+    assert found.complete.status is Status.PROVED
     assert [p.stable for p in found.points] == [True, False, True, False]
 
 

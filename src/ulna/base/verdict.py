@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NoReturn
 
 from ulna.base.errors import UlnaError
 
@@ -28,7 +28,7 @@ class Status(StrEnum):
 class Verdict:
     """A claim, how it stands, and the evidence.
 
-    `bool(verdict)` works only for proved and refuted claims; use `holds` to accept sampled support as well.
+    It is no bool: `if verdict` raises. Ask `holds`, `fails` or `status`.
     Evidence is a mapping of short names to plain values or expressions (the bracket that leaves the span,
     the point, the minor, the number of sampled points, the seed, the tolerance).
     """
@@ -70,15 +70,11 @@ class Verdict:
         """True if refuted."""
         return self.status is Status.REFUTED
 
-    def __bool__(self) -> bool:
-        if self.status is Status.PROVED:
-            return True
-        if self.status is Status.REFUTED:
-            return False
+    def __bool__(self) -> NoReturn:
         raise UlnaError(
             f"the truth of '{self.claim}'",
-            f"it is only {self.status}, which is not a yes or a no.",
-            "Use .holds to accept sampled support, or read .status and .evidence.",
+            f"it is {self.status}: a verdict is no yes or no by itself.",
+            "Ask .holds (proved, or supported at sampled points), .fails (refuted) or .status.",
         )
 
     def __str__(self) -> str:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NoReturn
 
-from ulna.base import Status, Verdict
+from ulna.base import Status, UlnaError, Verdict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -19,6 +19,13 @@ class Finding:
 
     verdict: Verdict
     value: Any
+
+    def __bool__(self) -> NoReturn:
+        raise UlnaError(
+            f"the truth of the finding '{self.verdict.claim}'",
+            f"it is {self.verdict.status}, with the value {self.value}: a finding is no yes or no by itself.",
+            "Ask .value, or .verdict.holds and .verdict.fails.",
+        )
 
     def __repr__(self) -> str:
         return f"Finding({self.value}, {self.verdict})"
