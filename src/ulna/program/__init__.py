@@ -2,6 +2,8 @@
 
 from ulna.program.affine_inputs import solved_for_inputs
 from ulna.program.arithmetic import AbstractArithmetic, Fused, Plain, in_arithmetic
+from ulna.program.assembly import Assembly, chained
+from ulna.program.costly import COSTLY, costly_first
 from ulna.program.factored import factored
 from ulna.program.flow_series import FlowSeries
 from ulna.program.hoist import HOISTED, Hoisted, hoist
@@ -25,6 +27,7 @@ from ulna.program.terms import Terms
 
 __all__ = [
     "BITS",
+    "COSTLY",
     "C_FLAGS",
     "GPU_HEADER",
     "HEADER",
@@ -32,6 +35,7 @@ __all__ = [
     "MODE",
     "TEMPLATES",
     "AbstractArithmetic",
+    "Assembly",
     "FlowSeries",
     "Fused",
     "Hoisted",
@@ -47,7 +51,9 @@ __all__ = [
     "at_zero",
     "c_header",
     "cache_folder",
+    "chained",
     "compiled",
+    "costly_first",
     "explicit",
     "factored",
     "hoist",

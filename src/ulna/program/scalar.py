@@ -66,3 +66,31 @@ class Scalar:
     def where(self, yes: Scalar | float, no: Scalar | float) -> Scalar:
         """The first of two values where this one is not zero, else the second."""
         return self.apply(Operation.SELECT, yes, no)
+
+    def at_most(self, other: Scalar | float) -> Scalar:
+        """Self ≤ other."""
+        return self.apply(Operation.LESS_EQUAL, other)
+
+    def at_least(self, other: Scalar | float) -> Scalar:
+        """Self ≥ other."""
+        return self.like(other).apply(Operation.LESS_EQUAL, self)
+
+    def equals(self, other: Scalar | float) -> Scalar:
+        """Self = other; no NaN equals anything."""
+        return self.apply(Operation.EQUAL, other)
+
+    def both(self, other: Scalar) -> Scalar:
+        """Neither is 0."""
+        return self.apply(Operation.AND, other)
+
+    def either(self, other: Scalar) -> Scalar:
+        """One of them is not 0."""
+        return self.apply(Operation.OR, other)
+
+    def negated(self) -> Scalar:
+        """It is 0."""
+        return self.apply(Operation.NOT)
+
+    def fused(self, factor: Scalar | float, summand: Scalar | float) -> Scalar:
+        """Self · factor + summand, rounded once."""
+        return self.apply(Operation.FMA, factor, summand)

@@ -1,67 +1,47 @@
-"""Simulation: `simulate` answers with a `Trajectory`, `run_ensemble` with the figures of many runs."""
+"""Simulation: `simulate` answers with a `Trajectory`, or with an `Ensemble` of many runs."""
 
-from ulna.sim.continuous.continuous import Continuous
+from ulna.loop import TIME
 from ulna.sim.continuous.crossing import Crossing, Direction
 from ulna.sim.continuous.settling import Settling
-from ulna.sim.ensemble import EnsembleResult, run_ensemble
+from ulna.sim.continuous.taylor import Taylor
+from ulna.sim.ensemble import CODES, Ensemble
 from ulna.sim.event import Event, EventKind
-from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
+from ulna.sim.figures import BAND
+from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated
 from ulna.sim.metrics import InputMetrics, Metrics, OutputMetrics, metrics
 from ulna.sim.outcome import Outcome
-from ulna.sim.sampled import (
-    ConditionalIntegration,
-    EndStop,
-    Euler,
-    ExactHold,
-    Gpu,
-    Jitter,
-    MeasurementNoise,
-    MissedSamples,
-    Pwm,
-    Quantiser,
-    RungeKutta4,
-    Sampled,
-    Saturation,
-    SlewLimit,
-)
+from ulna.sim.record import Ends, Figures, Paths
+from ulna.sim.sampled import FixedSteps, Gpu
 from ulna.sim.simulate import simulate
 from ulna.sim.trajectory import Series, Trajectory
 
 __all__ = [
+    "BAND",
+    "CODES",
     "TIME",
-    "ConditionalIntegration",
     "Constant",
-    "Continuous",
     "Crossing",
     "Direction",
-    "EndStop",
-    "EnsembleResult",
-    "Euler",
+    "Ends",
+    "Ensemble",
     "Event",
     "EventKind",
-    "ExactHold",
+    "Figures",
+    "FixedSteps",
     "Formula",
     "Gpu",
     "Held",
     "Input",
     "InputMetrics",
     "Interpolated",
-    "Jitter",
-    "MeasurementNoise",
     "Metrics",
-    "MissedSamples",
     "Outcome",
     "OutputMetrics",
-    "Pwm",
-    "Quantiser",
-    "RungeKutta4",
-    "Sampled",
-    "Saturation",
+    "Paths",
     "Series",
     "Settling",
-    "SlewLimit",
+    "Taylor",
     "Trajectory",
     "metrics",
-    "run_ensemble",
     "simulate",
 ]

@@ -10,11 +10,9 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import SimulationError
+from ulna.loop import TIME
 from ulna.program import to_numpy
 from ulna.symbolic.compiling import kernel
-
-TIME = sp.Symbol("t", real=True)
-"""The time in formulas, in seconds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +34,7 @@ class Samples:
     """Values of u at some times: what `Held` and `Interpolated` have in common.
 
     Args:
-        times: (N,) increasing, in s. values: (N,) in SI.
+        times: (N,) increasing, in s. values: (N,) in SI; (R, N) for R runs that each have their own.
 
     Raises:
         SimulationError: lengths that differ, times that do not increase, or a value that is not finite.
@@ -75,8 +73,11 @@ class Interpolated(Samples):
 Input = Constant | Formula | Held | Interpolated
 
 
-def as_input(name: str, given: Any) -> Input:
-    """The input that a number, a formula or an input object stands for.
+def as_input(name: str, given: Any, times: np.ndarray | None = None) -> Input:
+    """The input that a number, a formula, a function of time or an input object stands for.
+
+    A function that takes `TIME` as it takes a number is its formula; any other is taken at the times of the simulation,
+    or 1001 of them where these are fewer, and joined by straight lines.
 
     Raises:
         SimulationError: for anything else, and for a constant that is not finite.
@@ -85,17 +86,32 @@ def as_input(name: str, given: Any) -> Input:
         return given
     if isinstance(given, sp.Expr) and not given.is_number:
         return Formula(expression=given)
-    value = given.value if isinstance(given, Constant) else given
+    if callable(given) and times is not None:
+        return _of_function(given, times)
+    value: Any = given.value if isinstance(given, Constant) else given
     try:
         number = float(value)
     except (TypeError, ValueError):
-        hint = "Give a number, a formula in ulna.sim.TIME, Held(...) or Interpolated(...)."
-        if callable(given):
-            hint = "Sample the function: Interpolated.of(function, times)."
+        hint = "Give a number, a formula in ulna.TIME, a function of time, Held(...) or Interpolated(...)."
         raise SimulationError(f"input '{name}'", f"a {type(given).__name__} cannot drive it.", hint) from None
     if not np.isfinite(number):
         raise SimulationError(f"input '{name}'", f"its value is {number}.", "Give a finite number.")
     return Constant(value=number)
+
+
+_FINE = 1001
+"""Times at least at which a function that is no formula is taken."""
+
+
+def _of_function(function: Callable[[Any], Any], times: np.ndarray) -> Input:
+    try:
+        formula: Any = function(TIME)
+    except Exception:  # noqa: BLE001 - a function of numbers may fail on a symbol in any way
+        formula = None
+    if isinstance(formula, sp.Expr) and formula.free_symbols == {TIME}:
+        return Formula(expression=formula)
+    span = (float(times[0]), float(times[-1]))
+    return Interpolated.of(function, times if len(times) > _FINE else np.linspace(*span, _FINE))
 
 
 def input_values(given: Input, times: np.ndarray, parameters: Mapping[str, float]) -> np.ndarray:
@@ -117,7 +133,7 @@ def _freeze_samples(samples: Samples) -> None:
     times = np.array(samples.times, dtype=float)
     values = np.array(samples.values, dtype=float)
     asked = f"{type(samples).__name__} input"
-    if times.ndim != 1 or times.shape != values.shape or not len(times):
+    if times.ndim != 1 or values.ndim not in {1, 2} or values.shape[-1:] != times.shape or not len(times):
         raise SimulationError(asked, f"times have shape {times.shape} and values {values.shape}.", "Give one of each.")
     if not (np.isfinite(times).all() and np.isfinite(values).all()):
         raise SimulationError(asked, "a time or a value is not a finite number.")

@@ -10,10 +10,8 @@ from types import MappingProxyType
 import numpy as np
 
 from ulna.base import SimulationError
+from ulna.sim.figures import BAND, crossing, last_entry, output_figures
 from ulna.sim.trajectory import Trajectory
-
-BAND = 0.02
-"""Half-width of the settling band as a fraction of the way from start to target."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,18 +88,22 @@ def metrics(
 
 def output_metrics(times: np.ndarray, values: np.ndarray, target: float) -> OutputMetrics:
     """The figures of one output. times: (N,) in s; values: (N,) and target in SI."""
-    way = target - float(values[0])
-    errors = values - target
-    common = {"steady_error": float(errors[-1]), "peak_error": float(np.abs(errors).max())}
-    if way == 0.0:
-        return OutputMetrics(rise_time=math.nan, overshoot=math.nan, settling_time=math.nan, **common)
-    progress = (values - values[0]) / way
-    begun, done = _first_reach(times, progress, 0.1), _first_reach(times, progress, 0.9)
+    first, way = float(values[0]), target - float(values[0])
+    settled, rise = 0.0, math.nan
+    if way != 0.0:
+        progress = (values - first) / way
+        settled = last_entry(times, np.abs(progress - 1.0), BAND)
+        begun, done = _first_reach(times, progress, 0.1), _first_reach(times, progress, 0.9)
+        rise = done - begun if math.isfinite(done) else math.inf
+    found = output_figures(
+        target, first, float(values[-1]), values.min(), values.max(), settled, math.isfinite(settled)
+    )
     return OutputMetrics(
-        rise_time=done - begun if math.isfinite(done) else math.inf,
-        overshoot=max(0.0, float(progress.max()) - 1.0),
-        settling_time=_settled(times, np.abs(progress - 1.0)),
-        **common,
+        rise_time=rise,
+        overshoot=float(found.overshoot),
+        settling_time=math.nan if way == 0.0 else settled,
+        steady_error=float(found.steady_error),
+        peak_error=float(found.peak_error),
     )
 
 
@@ -116,21 +118,4 @@ def _first_reach(times: np.ndarray, progress: np.ndarray, level: float) -> float
     if not len(reached):
         return math.inf
     after = int(reached[0])
-    return float(times[0]) if after == 0 else _crossing(times, progress, after - 1, level)
-
-
-def _settled(times: np.ndarray, distance: np.ndarray) -> float:
-    """Time from the start after which the distance stays within the band."""
-    outside = np.flatnonzero(~(distance <= BAND))
-    if not len(outside):
-        return 0.0
-    last = int(outside[-1])
-    if last == len(times) - 1:
-        return math.inf
-    return _crossing(times, distance, last, BAND) - float(times[0])
-
-
-def _crossing(times: np.ndarray, values: np.ndarray, before: int, level: float) -> float:
-    """Where the line from sample `before` to the next one meets the level."""
-    low, high = float(values[before]), float(values[before + 1])
-    return float(times[before]) + (level - low) / (high - low) * float(times[before + 1] - times[before])
+    return float(times[0]) if after == 0 else crossing(times, progress, after - 1, level)

@@ -1,4 +1,4 @@
-"""How a simulation can end."""
+"""How a simulation can end, and what to try then."""
 
 from __future__ import annotations
 
@@ -6,19 +6,36 @@ from enum import Enum
 
 
 class Outcome(Enum):
-    """The result code of a simulation; the value is what people read."""
+    """The result code of a simulation: what people read, and what helps."""
 
-    FINISHED = "reached the final time"
-    BLEW_UP = "the norm of the state passed the bound"
-    NOT_FINITE = "the state or its derivative stopped being a finite number"
-    SLIDING = "a jump pushes the state back from both sides"
-    STEP_LIMIT = "the largest number of steps was used up before the final time"
-    STOPPED = "a terminal event ended the run"
+    FINISHED = ("reached the final time", "")
+    BLEW_UP = (
+        "the norm of the state passed the bound",
+        "The loop is unstable from here; a smaller initial state or another design may hold it.",
+    )
+    NOT_FINITE = (
+        "the state or its derivative stopped being a finite number",
+        "Look for a division by zero, a root or a logarithm of a negative number on the way.",
+    )
+    SLIDING = (
+        "a jump pushes the state back from both sides",
+        "Dry friction at rest or a switching law: replace the jump by a steep slope, e.g. tanh.",
+    )
+    STEP_LIMIT = (
+        "the largest number of steps was used up before the final time",
+        "The system may be stiff or the run long; raise Taylor(maximum_steps=...).",
+    )
+    STOPPED = ("a terminal event ended the run", "")
 
     @property
     def text(self) -> str:
         """The outcome in words."""
-        return self.value
+        return self.value[0]
+
+    @property
+    def remedy(self) -> str:
+        """What to try."""
+        return self.value[1]
 
     @property
     def finished(self) -> bool:

@@ -12,14 +12,17 @@ import numpy as np
 
 from ulna.program import hoist, to_numpy, with_modes
 from ulna.sim.cache import IdentityCache
-from ulna.sim.continuous.continuous import Continuous
 from ulna.sim.continuous.lane_step import FIGURES, LaneStep, lane_step
 from ulna.sim.continuous.one_thread import one_thread
-from ulna.sim.inputs import Constant
-from ulna.sim.job import Job
-from ulna.sim.metrics import BAND, output_metrics
+from ulna.sim.continuous.rules import Limits
+from ulna.sim.continuous.run import run_continuous
+from ulna.sim.continuous.taylor import Taylor
+from ulna.sim.figures import BAND, FIGURE_NAMES, output_figures
+from ulna.sim.inputs import Constant, Held, Input, Interpolated
+from ulna.sim.metrics import output_metrics
 from ulna.sim.outcome import Outcome
-from ulna.sim.simulate import simulate
+from ulna.sim.record import Ends, Figures, Paths, Record
+from ulna.sim.request import Request
 from ulna.symbolic.compiling import kernel
 from ulna.system import System
 
@@ -59,32 +62,37 @@ _LANES = IdentityCache(16)
 _COMPILING = threading.Lock()
 
 
-def continuous_figures(job: Job, settings: Continuous, samples: int | None) -> dict[str, Any]:
-    """The fields of an `EnsembleResult`.
+def continuous_figures(asked: Request, settings: Taylor, limits: Limits, record: Record) -> dict[str, Any]:
+    """The fields of an `Ensemble`.
 
-    Runs that end early, plants with jumps, limits or end stops and inputs that are no constants go one by one through
-    `simulate`.
+    Runs that end early, plants with jumps, limits or end stops, inputs that are no constants and paths go one by one.
 
     Args:
-        job: the runs. settings: of the integrator.
-        samples: None: only the end of each run is looked at. A number: figures are taken along the way, off the
-            polynomials of the steps; of runs that go one by one, on so many intervals.
+        asked: the runs. settings: of the integrator. limits: of the loop.
+        record: what is kept.
     """
+    system = asked.system
+    wanted = not isinstance(record, Ends)
     with _COMPILING:
         lanes: Lanes = _LANES.get(
-            job.plant, (settings, samples is None), lambda: _compiled(job.plant, settings, figures=samples is not None)
+            system, (settings, limits, wanted), lambda: _compiled(system, settings, limits, figures=wanted)
         )
-    figures = _empty(job)
-    if lanes.step is None or job.inputs:
-        alone: Any = range(len(job.initial))
+    figures = _empty(asked)
+    runs = len(asked.starts.initial)
+    paths = isinstance(record, Paths)
+    if paths:
+        figures["times"] = asked.times
+        figures["paths"] = {name: np.full((runs, len(asked.times)), np.nan) for name in record.names}
+    if lanes.step is None or asked.starts.inputs or paths:
+        alone: Any = range(runs)
     else:
-        alone = _together(job, settings, lanes, lanes.step, figures)
+        alone = _together(asked, settings, lanes, lanes.step, figures)
     for run in alone:
-        _single(job, settings, samples, run, figures)
+        _single(asked, settings, limits, record, run, figures)
     return figures
 
 
-def _compiled(plant: System, settings: Continuous, *, figures: bool) -> Lanes:
+def _compiled(plant: System, settings: Taylor, limits: Limits, *, figures: bool) -> Lanes:
     held = [*plant.input_symbols, *plant.parameter_symbols]
     states = [s.name for s in plant.states]
     rates = {f"{s.name}'": e for s, e in zip(plant.states, plant.inline(plant.rates), strict=True)}
@@ -94,7 +102,7 @@ def _compiled(plant: System, settings: Continuous, *, figures: bool) -> Lanes:
     split = hoist(whole, [s.name for s in held])
     step = None
     # What happens at limits and walls differs from lane to lane.
-    if not with_modes(split.main).guards and settings.saturation is None and not settings.end_stops:
+    if not with_modes(split.main).guards and not limits:
         step = lane_step(
             split.main,
             states,
@@ -111,72 +119,70 @@ def _compiled(plant: System, settings: Continuous, *, figures: bool) -> Lanes:
     )
 
 
-def _empty(job: Job) -> dict[str, Any]:
-    runs, outputs = len(job.initial), len(job.plant.outputs)
-    figures: dict[str, Any] = {
-        name: np.full((runs, outputs), np.nan) for name in ("settling_time", "overshoot", "steady_error", "peak_error")
-    }
+def _empty(asked: Request) -> dict[str, Any]:
+    runs, outputs = len(asked.starts.initial), len(asked.system.outputs)
+    figures: dict[str, Any] = {name: np.full((runs, outputs), np.nan) for name in FIGURE_NAMES}
     figures |= {
         "input_names": (),
         "peak_input": np.zeros((runs, 0)),
         "rms_input": np.zeros((runs, 0)),
         "code": np.zeros(runs, dtype=np.int8),
-        "end_time": np.full(runs, job.horizon),
-        "final_state": np.empty_like(job.initial),
+        "end_time": np.full(runs, float(asked.times[-1])),
+        "final_state": np.empty_like(asked.starts.initial),
     }
     return figures
 
 
-def _held(job: Job, chosen: slice) -> list[np.ndarray]:
+def _held(asked: Request, chosen: slice) -> list[np.ndarray]:
     """Of each input and each parameter of the plant, in its order, the values in the chosen runs."""
     zeros = np.zeros(chosen.stop - chosen.start)
-    own = [job.own_inputs[s.name][chosen] if s.name in job.own_inputs else zeros for s in job.plant.inputs]
-    return own + [job.parameters[chosen, k] for k in range(len(job.plant.parameters))]
+    own = [asked.starts.own[s.name][chosen] if s.name in asked.starts.own else zeros for s in asked.system.inputs]
+    return own + [asked.starts.parameters[chosen, k] for k in range(len(asked.system.parameters))]
 
 
-def _together(job: Job, settings: Continuous, lanes: Lanes, step: LaneStep, figures: dict[str, Any]) -> list[int]:
+def _together(asked: Request, settings: Taylor, lanes: Lanes, step: LaneStep, figures: dict[str, Any]) -> list[int]:
     """Fill in the figures; the runs that did not arrive."""
-    runs = len(job.initial)
+    runs = len(asked.starts.initial)
     # As many for each thread.
-    length = -(-runs // (job.threads * -(-runs // (job.threads * CHUNK))))
+    length = -(-runs // (asked.threads * -(-runs // (asked.threads * CHUNK))))
     chunks = [slice(begin, min(begin + length, runs)) for begin in range(0, runs, length)]
 
     def work(chosen: slice) -> np.ndarray:
-        return _chunk(job, settings, lanes, step, chosen, figures)
+        return _chunk(asked, settings, lanes, step, chosen, figures)
 
     with one_thread():
-        if min(job.threads, len(chunks)) == 1:
+        if min(asked.threads, len(chunks)) == 1:
             left = [work(chosen) for chosen in chunks]
         else:
-            with ThreadPoolExecutor(min(job.threads, len(chunks))) as pool:
+            with ThreadPoolExecutor(min(asked.threads, len(chunks))) as pool:
                 left = list(pool.map(work, chunks))
     return np.concatenate(left).tolist()
 
 
 def _chunk(
-    job: Job, settings: Continuous, lanes: Lanes, step: LaneStep, chosen: slice, figures: dict[str, Any]
+    asked: Request, settings: Taylor, lanes: Lanes, step: LaneStep, chosen: slice, figures: dict[str, Any]
 ) -> np.ndarray:
     """Fill in the figures of the chosen runs; the numbers of those that did not arrive."""
-    held, initial = _held(job, chosen), job.initial[chosen]
-    targets = job.targets[chosen, : step.outputs].T
+    held, initial = _held(asked, chosen), asked.starts.initial[chosen]
+    targets = asked.starts.targets[chosen, : step.outputs].T
     count, n = len(initial), step.states
-    names = [s.name for s in (*job.plant.inputs, *job.plant.parameters)]
+    names = [s.name for s in (*asked.system.inputs, *asked.system.parameters)]
     known = dict(zip(names, held, strict=True))
     constants = lanes.constants(*(known[name] for name in lanes.needed)) if lanes.needed else ()
     start = _outputs(lanes, step, initial, held)
     kept = np.stack([start, start, np.zeros_like(start)], axis=1).reshape(FIGURES * step.outputs, count)
     bands = np.stack([targets, BAND * np.abs(targets - start)], axis=1).reshape(2 * step.outputs, count)
-    stays = [np.broadcast_to(row, count) for row in (job.horizon, *constants, *bands)]
+    stays = [np.broadcast_to(row, count) for row in (float(asked.times[-1]), *constants, *bands)]
     last = _march(step, settings, np.stack([np.zeros(count), *initial.T, *kept, *stays]))
     final = figures["final_state"][chosen] = last[1 : 1 + n].T
     if step.outputs:
         _put(figures, chosen, targets, start, _outputs(lanes, step, final, held), last[1 + n :])
     # Written so that a NaN has not arrived.
-    arrived = (last[0] == job.horizon) & (_squared(last[1 : 1 + n]) < settings.bound**2)
+    arrived = (last[0] == float(asked.times[-1])) & (_squared(last[1 : 1 + n]) < settings.bound**2)
     return chosen.start + np.flatnonzero(~arrived)
 
 
-def _march(step: LaneStep, settings: Continuous, rows: np.ndarray) -> np.ndarray:
+def _march(step: LaneStep, settings: Taylor, rows: np.ndarray) -> np.ndarray:
     """(moving, runs) after all runs arrived, passed the bound or used up their steps; rows: as of `LaneStep`."""
     last = np.empty((step.moving, rows.shape[1]))
     lanes = _filled(np.arange(rows.shape[1]))
@@ -223,38 +229,47 @@ def _put(
     figures: dict[str, Any], chosen: slice, targets: np.ndarray, start: np.ndarray, end: np.ndarray, kept: np.ndarray
 ) -> None:
     """Settling time, overshoot, steady and peak error as `metrics` defines them; targets, start, end: (outputs, N)."""
-    way = targets - start
     high, low, left = kept.reshape(len(start), FIGURES, -1).transpose(1, 0, 2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        farthest = np.where(way > 0, high - start, low - start) / way
-    settled = np.where(np.abs(end - targets) <= BAND * np.abs(way), left, np.inf)
-    figures["settling_time"][chosen] = np.where(way == 0.0, np.nan, settled).T
-    figures["overshoot"][chosen] = np.where(way == 0.0, np.nan, np.maximum(0.0, farthest - 1.0)).T
-    figures["steady_error"][chosen] = (end - targets).T
-    figures["peak_error"][chosen] = np.maximum(high - targets, targets - low).T
+    found = output_figures(targets, start, end, low, high, left)
+    for name in FIGURE_NAMES:
+        figures[name][chosen] = getattr(found, name).T
 
 
-def _single(job: Job, settings: Continuous, samples: int | None, run: int, figures: dict[str, Any]) -> None:
-    plant = job.plant
-    inputs = {**job.inputs, **{name: Constant(value=float(row[run])) for name, row in job.own_inputs.items()}}
-    trajectory = simulate(
-        plant,
-        job.initial[run],
-        np.linspace(0.0, job.horizon, (samples or 1) + 1),
-        inputs=inputs,
-        parameters={p.name: float(job.parameters[run, k]) for k, p in enumerate(plant.parameters)},
-        time=settings,
-        throw=False,
+def _single(
+    asked: Request, settings: Taylor, limits: Limits, record: Record, run: int, figures: dict[str, Any]
+) -> None:
+    system, starts = asked.system, asked.starts
+    own = {name: Constant(value=float(row[run])) for name, row in starts.own.items()}
+    samples = record.samples if isinstance(record, Figures) else 1
+    times = asked.times if isinstance(record, Paths) else np.linspace(0.0, float(asked.times[-1]), samples + 1)
+    trajectory = run_continuous(
+        system,
+        starts.initial[run],
+        times,
+        {**{name: _of_run(given, run) for name, given in starts.inputs.items()}, **own},
+        {p.name: float(starts.parameters[run, k]) for k, p in enumerate(system.parameters)},
+        engine=settings,
+        limits=limits,
     )
     figures["code"][run] = CODES[trajectory.outcome]
     figures["end_time"][run] = trajectory.times[-1]
     figures["final_state"][run] = trajectory.final_state
-    if samples is None:
+    if isinstance(record, Ends):
         return
-    for column in range(len(plant.outputs)):
-        found = output_metrics(trajectory.times, trajectory.outputs[:, column], float(job.targets[run, column]))
-        finished = trajectory.outcome is Outcome.FINISHED
-        figures["settling_time"][run, column] = found.settling_time if finished else np.inf
-        figures["overshoot"][run, column] = found.overshoot
-        figures["steady_error"][run, column] = found.steady_error
-        figures["peak_error"][run, column] = found.peak_error
+    finished = trajectory.outcome is Outcome.FINISHED
+    for column in range(len(system.outputs)):
+        found = output_metrics(trajectory.times, trajectory.outputs[:, column], float(starts.targets[run, column]))
+        for name in FIGURE_NAMES:
+            figures[name][run, column] = getattr(found, name)
+        if not finished:
+            figures["settling_time"][run, column] = np.inf
+    for name, rows in figures.get("paths", {}).items():
+        kept = min(len(trajectory.times), len(times))
+        rows[run, :kept] = trajectory[name][:kept]
+
+
+def _of_run(given: Input, run: int) -> Input:
+    """Samples of each run's own: those of this run."""
+    if isinstance(given, Held | Interpolated) and given.values.ndim == 2:
+        return type(given).known(times=given.times, values=given.values[run])
+    return given

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ulna.program import Kernel
-from ulna.sim.continuous.continuous import Continuous
 from ulna.sim.continuous.layout import Layout
+from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.outcome import Outcome
 
 COMPACT_ABOVE = 12
@@ -37,7 +37,7 @@ class Flow:
         settings: tolerance, bound and compilation.
     """
 
-    def __init__(self, kernel: Kernel, layout: Layout, settings: Continuous) -> None:
+    def __init__(self, kernel: Kernel, layout: Layout, settings: Taylor) -> None:
         import heyoka as hy  # 0.4 s: only when something is integrated
 
         self._codes = hy.taylor_outcome
@@ -99,7 +99,7 @@ class Flow:
         return compiled(variables, rates, self._settings, bounded=bounded, events=[])
 
 
-def compiled(variables: list[Any], rates: list[Any], settings: Continuous, *, bounded: bool, events: list[Any]) -> Any:
+def compiled(variables: list[Any], rates: list[Any], settings: Taylor, *, bounded: bool, events: list[Any]) -> Any:
     """heyoka's integrator of the rates that stops at events; the bound, if it is looked at, is the last of them."""
     import heyoka as hy
 

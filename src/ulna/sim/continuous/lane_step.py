@@ -13,7 +13,7 @@ from ulna.program import FlowSeries, Kernel
 from ulna.program.lowering.heyoka import to_heyoka
 
 CAUTION = 0.1
-"""Largest last term of a step's series in units of the tolerance; global errors are then those of `Continuous` runs."""
+"""Largest last term of a step's series in units of the tolerance; global errors are then those of `Taylor` runs."""
 
 ORDERS = range(6, 31)
 """Orders that are considered."""

@@ -15,12 +15,12 @@ import sympy as sp
 from ulna.base import SimulationError
 from ulna.program import Kernel, hoist, to_numpy, to_python, with_modes
 from ulna.sim.cache import IdentityCache
-from ulna.sim.continuous.continuous import Continuous
 from ulna.sim.continuous.course import Scheme
 from ulna.sim.continuous.flow import Flow
 from ulna.sim.continuous.layout import Layout
-from ulna.sim.continuous.rules import Reported, Rules, rules
+from ulna.sim.continuous.rules import Limits, Reported, Rules, rules
 from ulna.sim.continuous.switched_flow import SwitchedFlow
+from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.continuous.watchers import scheme_of
 from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
 from ulna.symbolic.compiling import kernel, rounded
@@ -84,19 +84,24 @@ def _entry(given: Input | None) -> Drive | sp.Expr:
     return Drive.RAMP if isinstance(given, Interpolated) else Drive.CONSTANT
 
 
-def prepared(system: System, shape: Shape, settings: Continuous, reported: tuple[Reported, ...]) -> Prepared:
+def prepared(
+    system: System, shape: Shape, settings: Taylor, limits: Limits, reported: tuple[Reported, ...]
+) -> Prepared:
     """The system made ready; remembered by the identity of the system, compiled flows by the equality of kernels."""
-    return _PREPARED.get(system, (shape, settings, reported), lambda: _prepare(system, shape, settings, reported))
+    key = (shape, settings, limits, reported)
+    return _PREPARED.get(system, key, lambda: _prepare(system, shape, settings, limits, reported))
 
 
 _PREPARED = IdentityCache(FLOWS_KEPT)
 _DEFAULTS = IdentityCache(FLOWS_KEPT)
-_FLOWS: OrderedDict[tuple[Kernel | Scheme, Layout, Continuous], Flow | SwitchedFlow] = OrderedDict()
+_FLOWS: OrderedDict[tuple[Kernel | Scheme, Layout, Taylor], Flow | SwitchedFlow] = OrderedDict()
 _LOCK = RLock()
 
 
-def _prepare(system: System, shape: Shape, settings: Continuous, reported: tuple[Reported, ...]) -> Prepared:
-    wanted = rules(system, settings, reported) if settings.saturation or settings.end_stops or reported else None
+def _prepare(
+    system: System, shape: Shape, settings: Taylor, limits: Limits, reported: tuple[Reported, ...]
+) -> Prepared:
+    wanted = rules(system, limits, reported) if limits or reported else None
     whole, layout, fixed = _whole(system, shape, wanted)
     split = hoist(whole, fixed)
     layout = replace(layout, constants=split.before.outputs)
@@ -176,13 +181,12 @@ def _check_formulas(system: System, formulas: Mapping[sp.Symbol, sp.Expr]) -> No
             )
 
 
-def _flow(main: Kernel, layout: Layout, wanted: Rules | None, settings: Continuous) -> Flow | SwitchedFlow:
+def _flow(main: Kernel, layout: Layout, wanted: Rules | None, settings: Taylor) -> Flow | SwitchedFlow:
     moded = with_modes(main)
     scheme: Kernel | Scheme = main
     if wanted is not None or moded.guards:
         scheme = scheme_of(moded, layout, wanted)
-    # What is limited is in the kernel already.
-    key = (scheme, layout, replace(settings, saturation=None, end_stops=()))
+    key = (scheme, layout, settings)
     with _LOCK:
         flow = _FLOWS.get(key)
         if flow is None:

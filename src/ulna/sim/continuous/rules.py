@@ -8,11 +8,9 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ulna.base import SimulationError
-from ulna.sim.continuous.continuous import Continuous
+from ulna.loop import TIME, EndStop, Saturation
 from ulna.sim.continuous.crossing import Crossing
 from ulna.sim.continuous.settling import Settling
-from ulna.sim.inputs import TIME
-from ulna.sim.sampled.limits import EndStop, Saturation
 from ulna.symbolic.formulas.parse import parse_formula
 from ulna.system import System
 
@@ -60,17 +58,28 @@ class Rules:
     commands: tuple[tuple[sp.Expr, sp.Expr], ...]
 
 
-def rules(system: System, settings: Continuous, reported: tuple[Reported, ...]) -> Rules:
-    """The rules that settings and wishes make for a system.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """Limits of a continuous run: saturated signals by name, walls of the plant."""
+
+    saturation: tuple[tuple[str, Saturation], ...] = ()
+    end_stops: tuple[EndStop, ...] = ()
+
+    def __bool__(self) -> bool:
+        return bool(self.saturation or self.end_stops)
+
+
+def rules(system: System, given: Limits, reported: tuple[Reported, ...]) -> Rules:
+    """The rules that limits and wishes make for a system.
 
     Raises:
         SimulationError: names that the system does not have; a velocity that does not move its position.
     """
-    limits = _limits(system, settings.saturation)
+    limits = _limits(given.saturation)
     sources = {limit.name: _sources(system, limit.name) for limit in limits}
     decided = _expanded(system, {s: _decided(limit) for limit in limits for s in sources[limit.name]})
     clipped = _expanded(system, {s: _clipped(limit) for limit in limits for s in sources[limit.name]})
-    walls = tuple(_wall(system, decided, stop) for stop in settings.end_stops)
+    walls = tuple(_wall(system, decided, stop) for stop in given.end_stops)
     commands = [decided.commands[sources[limit.name][0]] for limit in limits]
     positions = [each for wall in walls for each in _of_wall(system, decided, wall)]
     return Rules(
@@ -105,18 +114,9 @@ def _clipped(limit: Limit) -> sp.Expr:
     return sp.Min(sp.Max(_VALUE, limit.bounds.lower), limit.bounds.upper)
 
 
-def _limits(system: System, given: Saturation | Mapping[str, Saturation] | None) -> tuple[Limit, ...]:
-    if given is None:
-        return ()
-    if isinstance(given, Saturation):
-        names = [s.name for s in system.inputs] or [s.name for s in system.outputs if _wired(system, s.name)]
-        if not names:
-            raise SimulationError(
-                f"saturation of '{system.name}'", "it has no inputs.", "Name what is limited: saturation={'u': ...}."
-            )
-        given = dict.fromkeys(names, given)
+def _limits(given: tuple[tuple[str, Saturation], ...]) -> tuple[Limit, ...]:
     return tuple(
-        Limit(name=name, bounds=bounds, mode=sp.Symbol(f"limit of {name}", real=True)) for name, bounds in given.items()
+        Limit(name=name, bounds=bounds, mode=sp.Symbol(f"limit of {name}", real=True)) for name, bounds in given
     )
 
 

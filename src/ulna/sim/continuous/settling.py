@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from ulna.base import SimulationError
-from ulna.sim.metrics import BAND
+from ulna.sim.figures import BAND
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ulna.program import MODE
-from ulna.sim.continuous.continuous import Continuous
 from ulna.sim.continuous.course import Course, Motion, Scheme
 from ulna.sim.continuous.flow import Stretch, compiled, ended_early, inside, sources
+from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.outcome import Outcome
 
 
@@ -22,7 +22,7 @@ class SwitchedFlow:
     next zero. So each event ends the integration, and the next begins where every function is positive.
     """
 
-    def __init__(self, scheme: Scheme, settings: Continuous) -> None:
+    def __init__(self, scheme: Scheme, settings: Taylor) -> None:
         import heyoka as hy
 
         self._codes = hy.taylor_outcome

@@ -1,26 +1,9 @@
-"""Sampled-data loops: a continuous plant, a processor that runs once a period, and what lies between them."""
+"""Runs of a loop with a processor: a compiled program of its kernels, one run or many side by side."""
 
-from ulna.sim.sampled.clock import Jitter, MissedSamples
-from ulna.sim.sampled.discretisation import Euler, ExactHold, RungeKutta4
-from ulna.sim.sampled.drive import Pwm
+from ulna.sim.sampled.engine import FixedSteps
+from ulna.sim.sampled.ensemble import sampled_figures
 from ulna.sim.sampled.gpu import Gpu
-from ulna.sim.sampled.limits import ConditionalIntegration, EndStop, Saturation, SlewLimit
-from ulna.sim.sampled.sampled import Sampled
-from ulna.sim.sampled.sensors import MeasurementNoise, Quantiser
+from ulna.sim.sampled.run import run_sampled
+from ulna.sim.sampled.tables import Starts
 
-__all__ = [
-    "ConditionalIntegration",
-    "EndStop",
-    "Euler",
-    "ExactHold",
-    "Gpu",
-    "Jitter",
-    "MeasurementNoise",
-    "MissedSamples",
-    "Pwm",
-    "Quantiser",
-    "RungeKutta4",
-    "Sampled",
-    "Saturation",
-    "SlewLimit",
-]
+__all__ = ["FixedSteps", "Gpu", "Starts", "run_sampled", "sampled_figures"]

@@ -1,139 +1,85 @@
-"""Many runs of a sampled loop: blocks of runs, blocks shared out to threads or handed to a GPU."""
+"""Figures, and paths where asked for, of many runs of a loop with a processor."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 
 from ulna.base import SimulationError
-from ulna.sim.job import Job
-from ulna.sim.sampled.constants import memory_rows
-from ulna.sim.sampled.gpu import Gpu, run_on_gpu
-from ulna.sim.sampled.loop import LANES, Loop, loop_of
-from ulna.sim.sampled.sampled import Sampled
-from ulna.sim.sampled.tables import Tables, as_rows, disturbance_table, reference_table, samples_of
-from ulna.system import Signal
+from ulna.loop import Loop
+from ulna.sim.figures import output_figures
+from ulna.sim.sampled.engine import FixedSteps
+from ulna.sim.sampled.tables import Starts
+from ulna.sim.sampled.work import Worked, work
 
 
-def sampled_figures(job: Job, settings: Sampled, *, lanes: int = LANES, device: Gpu | None = None) -> dict[str, Any]:
-    """The fields of an `EnsembleResult`.
+def sampled_figures(
+    loop: Loop, engine: FixedSteps, starts: Starts, end: float, *, paths: tuple[str, ...], threads: int
+) -> dict[str, Any]:
+    """The fields of an `Ensemble`.
 
     Args:
-        job: the runs. settings: the loop. lanes: runs of a block; changes the speed, not one bit of the result.
-        device: run there instead of on the processors.
+        loop: with a processor. engine: its settings. starts: what the runs begin with. end: s.
+        paths: signals whose samples are kept. threads: how many to use.
+    """
+    slots = path_slots(loop, paths)
+    done = work(loop, engine, starts, end, record=tuple(dict.fromkeys(slots.values())), threads=threads)
+    found = _figures(loop, done, starts)
+    rows = {name: row for row, name in enumerate(done.made.record)}
+    found["paths"] = {name: done.record[rows[slot]] for name, slot in slots.items()}
+    if paths:
+        found["times"] = done.made.fitted.period * np.arange(done.record.shape[2])
+    return found
+
+
+def path_slots(loop: Loop, names: tuple[str, ...]) -> dict[str, str]:
+    """The slot of each signal that a record can keep.
 
     Raises:
-        SimulationError: names that fit nothing, a GPU that is not there.
+        SimulationError: a name that is none.
     """
-    count = samples_of(settings, 0.0, job.horizon)
-    loop = loop_of(job.plant, settings, job.inputs, lanes=1 if device else lanes, gpu=device is not None)
-    _check_own(job, loop)
-    tables = _tables(job, settings, loop, count)
-    results = np.zeros((len(job.initial), len(loop.results)))
-    if device is not None:
-        run_on_gpu(loop, device, count, tables, results)
-        return _figures(job, loop, results)
-
-    nothing = np.zeros((1, 1))
-
-    def work(first: int, last: int) -> None:
-        loop.run(first, last, count, *tables.all(), results, nothing)
-
-    _shared_out(work, len(job.initial), lanes, job.threads)
-    return _figures(job, loop, results)
-
-
-def _tables(job: Job, settings: Sampled, loop: Loop, count: int) -> Tables:
-    wiring, runs = loop.layout.wiring, len(job.initial)
-    references = reference_table(settings, wiring, count)
-    # What each run has of its own takes the place of what all share.
-    replaced = [k for k, signal in enumerate(wiring.references) if signal.name in job.references]
-    if replaced:
-        references = references.copy()
-        references[:, replaced] = 0.0
-    known = {p.name: float(job.parameters[0, k]) for k, p in enumerate(job.plant.parameters)}
-    return Tables(
-        settings=loop.values,
-        held=loop.held,
-        memory=memory_rows(settings, wiring, job.controller, runs),
-        initial=as_rows(runs, loop.layout.states, job.initial),
-        parameters=np.ascontiguousarray(job.parameters),
-        references=references,
-        own_references=_own(runs, wiring.references, job.references),
-        others=disturbance_table(job.inputs, settings, wiring, count, known),
-        own_others=_own(runs, wiring.others, job.own_inputs),
-        seeds=job.seeds,
-        targets=np.ascontiguousarray(job.targets),
-    )
-
-
-def _own(runs: int, signals: tuple[Signal, ...], given: Mapping[str, np.ndarray]) -> np.ndarray:
-    """(runs, signals) what each run adds, 0 where it adds nothing."""
-    table = np.zeros((runs, max(1, len(signals))))
-    for k, signal in enumerate(signals):
-        table[:, k] = given.get(signal.name, 0.0)
-    return table
-
-
-def _check_own(job: Job, loop: Loop) -> None:
-    wiring = loop.layout.wiring
-    names = {s.name for s in wiring.references}
-    unknown = [name for name in job.references if name not in names]
+    wiring = loop.wiring
+    known: dict[str, str] = {s.name: f"x{k}" for k, s in enumerate(loop.plant.states)}
+    groups: list[tuple[str, str, Any]] = [
+        ("{}", "e{}", wiring.estimates),
+        ("{}", "z{}", wiring.memory),
+        ("{}", "ub{}", wiring.driven),
+        ("{}_command", "c{}", wiring.driven),
+        ("{}_limited", "h{}_0", wiring.driven),
+        ("{}_cut", "cut{}", wiring.driven),
+        ("{}_measured", "yn{}", wiring.measured),
+        ("{}", "o{}", loop.plant.outputs),
+    ]
+    for label, slot, signals in groups:
+        for k, signal in enumerate(signals):
+            known.setdefault(label.format(signal.name), slot.format(k))
+    unknown = [name for name in names if name not in known]
     if unknown:
-        raise SimulationError(
-            "references of the ensemble",
-            f"nothing reads {unknown[0]}.",
-            f"Give them in Sampled first; known: {', '.join(sorted(names)) or 'none'}.",
-        )
-    both = [s.name for s in wiring.driven if s.name in job.inputs or s.name in job.own_inputs]
-    if both:
-        raise SimulationError(f"input '{both[0]}'", "the controller drives it already.", "Leave it out of `inputs`.")
+        raise SimulationError(f"Paths('{unknown[0]}')", "the loop has no such signal.", f"Known: {', '.join(known)}.")
+    return {name: known[name] for name in names}
 
 
-def _shared_out(work: Any, runs: int, lanes: int, threads: int) -> None:
-    """Blocks in chunks, more chunks than threads so that all end at about the same time."""
-    blocks = -(-runs // lanes)
-    threads = min(threads, blocks)
-    if threads == 1:
-        work(0, runs)
-        return
-    chunk = lanes * max(1, -(-blocks // (4 * threads)))
-    with ThreadPoolExecutor(threads) as pool:
-        for done in [pool.submit(work, first, min(first + chunk, runs)) for first in range(0, runs, chunk)]:
-            done.result()
-
-
-def _figures(job: Job, loop: Loop, results: np.ndarray) -> dict[str, Any]:
-    layout = loop.layout
-    table = dict(zip(loop.results, results.T, strict=True))
-    inputs, outputs = range(len(layout.wiring.driven)), range(layout.outputs)
-    end = table["end"]
+def _figures(loop: Loop, done: Worked, starts: Starts) -> dict[str, Any]:
+    table: Mapping[str, np.ndarray] = done.made.columns(done.results)
+    inputs, outputs = range(len(loop.wiring.driven)), range(len(loop.plant.outputs))
 
     def columns(stem: str, places: range) -> np.ndarray:
-        return np.stack([table[f"{stem}{k}"] for k in places], axis=1) if places else np.zeros((len(results), 0))
+        return np.stack([table[f"{stem}{k}"] for k in places], axis=1) if places else np.zeros((len(done.results), 0))
 
-    code = table["code"].astype(np.int8)
-    target = job.targets[:, : layout.outputs]
-    first, last = columns("first", outputs), columns("last", outputs)
-    least, most = columns("least", outputs), columns("most", outputs)
-    way = target - first
-    with np.errstate(divide="ignore", invalid="ignore"):
-        progress = np.where(way > 0, (most - first) / way, (least - first) / way)
-        rms = np.sqrt(columns("square", inputs) / end[:, None])
-    settled = np.where(columns("outside", outputs) == 0.0, columns("settled", outputs), np.inf)
-    settled = np.where((code == 0)[:, None], settled, np.inf)
+    code, end = table["code"].astype(np.int8), table["end"]
+    first, last, least, most, settled = (columns(s, outputs) for s in ("first", "last", "least", "most", "settled"))
+    found = output_figures(starts.targets, first, last, least, most, settled, (code == 0)[:, None])
     return {
-        "input_names": tuple(s.name for s in layout.wiring.driven),
+        "input_names": tuple(s.name for s in loop.wiring.driven),
         "code": code,
         "end_time": end,
-        "final_state": columns("x", range(layout.states)),
+        "final_state": columns("x", range(len(loop.plant.states))),
         "peak_input": columns("peak", inputs),
-        "rms_input": rms,
-        "settling_time": np.where(way == 0.0, np.nan, settled),
-        "overshoot": np.where(way == 0.0, np.nan, np.maximum(0.0, progress - 1.0)),
-        "steady_error": last - target,
-        "peak_error": np.maximum(np.abs(least - target), np.abs(most - target)),
+        "rms_input": np.sqrt(columns("square", inputs) / end[:, None]),
+        "settling_time": found.settling_time,
+        "overshoot": found.overshoot,
+        "steady_error": found.steady_error,
+        "peak_error": found.peak_error,
     }

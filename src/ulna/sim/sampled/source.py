@@ -2,145 +2,190 @@
 
 from __future__ import annotations
 
-from ulna.program import GPU_HEADER, HEADER
-from ulna.sim.sampled.control_source import (
-    outputs_at,
-    write_command,
-    write_entries,
-    write_measurement,
-    write_noise,
-    write_update,
-)
-from ulna.sim.sampled.layout import Layout
-from ulna.sim.sampled.loop_writer import LoopWriter
-from ulna.sim.sampled.plant_source import write_ends, write_period, write_results
+from collections.abc import Sequence
+
+from ulna.loop import Program, Repeat
+from ulna.program import Kernel, restricted
+from ulna.program.lowering.numba import GPU_HEADER, HEADER
+from ulna.sim.sampled.blocks import TABLE, Blocks
+from ulna.sim.sampled.lanes import LaneWriter
 
 TYPES = (
-    "int64, int64, int64, float64[::1], float64[::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], "
-    "float64[:, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1], uint64[::1], float64[:, ::1], "
-    "float64[:, ::1], float64[:, ::1]"
+    "int64, int64, int64, float64[::1], float64[:, ::1], float64[:, ::1], float64[:, :, ::1], uint64[::1], "
+    "float64[:, ::1], float64[:, :, ::1]"
 )
-
-ARGUMENTS = (
-    "first, last, count, settings, held, memory, initial, parameters, references, own_references, others, own_others, "
-    "seeds, targets, results, record"
-)
+ARGUMENTS = "first, last, count, numbers, table, shared, paths, seeds, results, record"
 
 
-def loop_source(layout: Layout, *, lanes: int, recording: bool) -> tuple[str, tuple[str, ...]]:
-    """The module of a loop and the names of its settings, in order.
+def loop_source(
+    made: Blocks, results: Sequence[str], record: Sequence[str], *, lanes: int, gpu: bool = False
+) -> tuple[str, tuple[str, ...]]:
+    """The module of a loop and the names of its numbers, in order.
 
     Args:
-        layout: what it is made of.
-        lanes: runs of a block.
-        recording: keep the numbers of every sample; for one run.
+        made: what a run does. results: slots that are handed back at the end of a run, after its code and its time.
+        record: slots that are kept at every sample. lanes: runs of a block.
+        gpu: for a GPU, each of whose threads takes one run after the other.
     """
-    w = LoopWriter(layout, lanes)
-    _write_blocks(w, f"for base in range(first, last, {lanes}):", recording=recording)
-    w.line("return k")
+    writer = _LoopWriter(made, results, record, lanes)
+    head = f"for base in range(first, last, {lanes}):"
+    if gpu:
+        head = "for base in range(first + cuda.grid(1), last, cuda.gridsize(1)):"
+    writer.write(head)
+    if gpu:
+        return writer.module(GPU_HEADER, "@cuda.jit(cache=CACHE)", answer=False), tuple(writer.w.numbers)
     decorator = f'@numba.njit("int64({TYPES})", error_model="numpy", nogil=True, cache=CACHE)'
-    return _module(HEADER, decorator, w), tuple(w.settings)
+    return writer.module(HEADER, decorator, answer=True), tuple(writer.w.numbers)
 
 
-def gpu_source(layout: Layout) -> tuple[str, tuple[str, ...]]:
-    """The same for a GPU: each of its threads takes one run after the other."""
-    w = LoopWriter(layout, 1)
-    _write_blocks(w, "for base in range(first + cuda.grid(1), last, cuda.gridsize(1)):", recording=False)
-    return _module(GPU_HEADER, "@cuda.jit(cache=CACHE)", w), tuple(w.settings)
+class _LoopWriter:
+    """Writes the text around the kernels: samples, random numbers, ends of runs, results."""
+
+    def __init__(self, made: Blocks, results: Sequence[str], record: Sequence[str], lanes: int) -> None:
+        self.made, self.results, self.record = made, tuple(results), tuple(record)
+        clock = {"begun", "clock"} if made.jittered else {"begun", "clock", "time", "earlier", "span"}
+        self.w = LaneWriter(
+            lanes=lanes,
+            read=_read(made) | {*self.results, *self.record, "alive"},
+            numbers=made.numbers,
+            shared=clock | set(made.tables),
+            paths=made.paths,
+        )
+        self.seed = "g[l]" if lanes > 1 else "g"
+
+    def module(self, header: str, decorator: str, *, answer: bool) -> str:
+        """The whole text."""
+        w = self.w
+        first = ["k = 0", "l = 0", "v_time = 0.0"]
+        if w.lanes > 1:
+            first += [f"s = np.zeros({w.size()})", f"g = np.zeros({w.lanes}, dtype=np.uint64)"]
+        first += [f"f_{name} = numbers[{place}]" for place, name in enumerate(w.numbers)]
+        body = []
+        for line in w.lines:
+            indent = line[: len(line) - len(line.lstrip())]
+            body += [indent + each for each in w.cleared()] if line.strip() == "CLEARED" else [line]
+        end = ["    return k"] if answer else []
+        return header + "\n".join([decorator, f"def loop({ARGUMENTS}):", *(f"    {t}" for t in first), *body, *end, ""])
+
+    def write(self, head: str) -> None:
+        """The runs block after block, each over all samples."""
+        w = self.w
+        w.depth = 1
+        with w.block(head):
+            self._begin()
+            with w.block("for k in range(count + 1):"):
+                self._sample()
+            with w.runs(), w.block(f"if {w.at('alive')} == 1.0:"):
+                self._results("0.0", w.at("time"))
+
+    def _begin(self) -> None:
+        w, made = self.w, self.made
+        w.line("CLEARED")
+        w.line("ended = 0")
+        w.line("k = 0")
+        w.line("v_time = 0.0")
+        self._shared("0")
+        with w.runs():
+            # The last block is filled up with copies of the last run, which nobody asks for.
+            w.line("run = base + l if base + l < last else last - 1")
+            w.line(f"{self.seed} = scrambled(seeds[run])")
+            if made.jittered:
+                stream = made.draws["uniform_jitter"].stream
+                w.line(f"{w.at('uniform_jitter')} = uniform({self.seed}, np.uint64({stream}))")
+            given = {f"{TABLE}{name}": f"table[run, {column}]" for column, name in enumerate(made.columns)}
+            w.inline(restricted(made.begin, w.kept(made.begin)), given)
+
+    def _shared(self, k: str) -> None:
+        for column, name in enumerate(self.made.tables):
+            self.w.line(f"v_{name} = shared[{k}, {column}]")
+
+    def _sample(self) -> None:
+        w, made = self.w, self.made
+        w.line(f"v_clock = (k + 1) * {w.at('period')}")
+        w.line("v_begun = 1.0 if k > 0 else 0.0")
+        if not made.jittered:
+            w.line(f"v_time = k * {w.at('period')}")
+            w.line(f"v_earlier = (k - 1) * {w.at('period')}")
+            w.line(f"v_span = {w.at('period')}")
+        self._shared("k")
+        w.line("entered = 0")
+        for slot, draw in made.draws.items():
+            counter = f"np.uint64(k + {draw.ahead}) * np.uint64({made.streams}) + np.uint64({draw.stream})"
+            w.random(slot, f"{draw.kind}({self.seed}, {counter})")
+        # Two loops: in one the compiler runs out of registers.
+        for kernel in made.samples:
+            w.work(kernel, counted="entered")
+        with w.block("if entered != 0:"):
+            w.work(made.entries)
+        self._record()
+        with w.block("if k == count:"):
+            w.line("break")
+        w.line("trouble = 0")
+        self._motion(made.motion)
+        self._ends()
+
+    def _record(self) -> None:
+        w = self.w
+        if not self.record:
+            return
+        with w.runs(), w.block("if base + l < last:"):
+            for row, name in enumerate(self.record):
+                w.line(f"record[{row}, base + l, k] = {w.at(name)}")
+
+    def _motion(self, program: Program) -> None:
+        w = self.w
+        for each in program:
+            if isinstance(each, Repeat):
+                with w.block(f"for _{w.depth} in range({each.times}):"):
+                    self._motion(each.body)
+            else:
+                w.work(each, counted="trouble")
+
+    def _ends(self) -> None:
+        """End the runs in trouble, one after the other: their results are written here and now."""
+        w = self.w
+        # A state that is no number stays one: a run that ended is counted at every later sample.
+        with w.block(f"if trouble > {'ended' if self.made.states else '0'}:"):
+            with w.runs():
+                found = w.evaluated(self.made.check)
+                with w.block(f"if {w.at('alive')} == 1.0 and {found['trouble']} != 0.0:"):
+                    w.line("code = 1.0")
+                    w.line(f"end = {w.at('time')} + {w.at('span')}")
+                    with w.block(f"if {found['norm']} - {found['norm']} != 0.0:"):
+                        w.line("code = 2.0")
+                        w.line(f"end = {w.at('time')}")
+                        for k in range(self.made.states):
+                            w.line(f"{w.at(f'x{k}')} = {w.at(f'was{k}')}")
+                    self._results("code", "end")
+                    w.line(f"{w.at('alive')} = 0.0")
+                    w.line("ended += 1")
+                    for k in range(self.made.states):
+                        w.line(f"{w.at(f'x{k}')} = math.nan")
+            with w.block(f"if ended == {w.lanes}:"):
+                w.line("break")
+
+    def _results(self, code: str, end: str) -> None:
+        """One row of the results; the last block is filled up with copies of a run, which have none."""
+        w = self.w
+        with w.block("if base + l < last:"):
+            w.line(f"results[base + l, 0] = {code}")
+            w.line(f"results[base + l, 1] = {end}")
+            for column, name in enumerate(self.results, 2):
+                w.line(f"results[base + l, {column}] = {w.at(name)}")
 
 
-def _module(header: str, decorator: str, w: LoopWriter) -> str:
-    lines = [decorator, f"def loop({ARGUMENTS}):", *(f"    {text}" for text in _first_lines(w)), *w.finished()]
-    return header + "\n".join(lines) + "\n"
+def _read(made: Blocks) -> set[str]:
+    """Slots that a later kernel or the text around them reads."""
+    states = range(made.states)
+    found = {"fault", "time", "span", *(f"x{k}" for k in states), *(f"was{k}" for k in states)}
 
+    def look(program: Program | tuple[Kernel, ...]) -> None:
+        for each in program:
+            if isinstance(each, Repeat):
+                look(each.body)
+            else:
+                found.update(each.inputs)
 
-def _write_blocks(w: LoopWriter, head: str, *, recording: bool) -> None:
-    """The runs block after block, each over all samples."""
-    w.depth = 1
-    with w.block(head):
-        _write_start(w)
-        with w.block("for k in range(count + 1):"):
-            _write_sample(w, recording=recording)
-        time = w.at("time") if w.layout.jittered else "time"
-        with w.each(), w.block(f"if {w.at('alive')} == 1.0:"):
-            write_results(w, "0.0", time)
-
-
-def _first_lines(w: LoopWriter) -> list[str]:
-    lines = ["k = 0", "l = 0", "time = 0.0"]
-    if w.lanes > 1:
-        lines += [f"s = np.zeros({w.size()})", f"g = np.zeros({w.lanes}, dtype=np.uint64)"]
-    lines += [f"f_{name} = settings[{place}]" for place, name in enumerate(w.settings)]
-    return lines + [f"b{place} = held[{place}]" for place in sorted(w.constants)]
-
-
-def _write_start(w: LoopWriter) -> None:
-    """Everything as it is before the first sample."""
-    layout = w.layout
-    wiring = layout.wiring
-    w.reset()
-    w.line("ended = 0")
-    for k in range(len(wiring.others)):
-        w.line(f"other{k} = others[0, {2 * k}]")
-    with w.runs():
-        # The last block is filled up with copies of the last run, which nobody asks for.
-        w.line("run = base + l if base + l < last else last - 1")
-        w.line(f"{w.seed} = scrambled(seeds[run])")
-        for k in range(layout.states):
-            w.store(f"x{k}", f"initial[run, {k}]")
-        for k in range(layout.memory):
-            w.store(f"z{k}", f"memory[run, {k}]")
-        names = {name: w.new(f"parameters[run, {k}]") for k, name in _places("p", wiring.plant.before.inputs)}
-        for k, value in enumerate(w.kernel(wiring.plant.before, names)):
-            w.store(f"p{k}", value)
-        for k in range(len(wiring.references)):
-            w.store(f"r{k}", f"own_references[run, {k}]")
-        for k in range(len(wiring.others)):
-            w.store(f"d{k}", f"own_others[run, {k}]")
-        w.store("alive", "1.0")
-        time = "0.0"
-        if layout.jittered:
-            time = w.new(f"{w.setting('jitter')} * uniform({w.seed}, np.uint64({layout.channels - 2}))")
-            w.store("next", time)
-        d = [w.new(f"other{k} + {w.load(f'd{k}')}") for k in range(len(wiring.others))]
-        for k, value in enumerate(outputs_at(w, "o", time, d)):
-            target = w.new(f"targets[run, {k}]")
-            w.store(f"target{k}", target)
-            w.store(f"band{k}", f"{w.setting('band')} * abs({target} - {value})")
-            for name in ("first", "last", "least", "most"):
-                w.store(f"{name}{k}", value)
-
-
-def _places(stem: str, names: tuple[str, ...]) -> list[tuple[int, str]]:
-    return [(int(name[len(stem) :]), name) for name in names]
-
-
-def _write_sample(w: LoopWriter, *, recording: bool) -> None:
-    layout = w.layout
-    w.line(f"time = k * {w.setting('period')}")
-    w.line(f"earlier = (k - 1) * {w.setting('period')}")
-    w.line("entered = 0")
-    for k in range(len(layout.wiring.references)):
-        w.line(f"reference{k} = references[k, {k}]")
-        w.line(f"older{k} = references[k - 1 if k > 0 else 0, {k}]")
-    for k in range(len(layout.wiring.others)):
-        w.line(f"other{k} = others[k, {2 * k}]")
-        if layout.ramps:
-            w.line(f"slope{k} = others[k, {2 * k + 1}]")
-    write_noise(w)
-    with w.runs():
-        write_measurement(w)
-        if layout.memory:
-            write_update(w)
-    # Two loops: in one the compiler runs out of registers.
-    with w.runs():
-        write_command(w)
-    write_entries(w)
-    if recording:
-        for name, column in layout.columns().items():
-            # Without jitter all runs share their time.
-            w.line(f"record[{column}, k] = {'time' if name == 'time' and not layout.jittered else w.at(name)}")
-    with w.block("if k == count:"):
-        w.line("break")
-    write_period(w)
-    write_ends(w)
+    look((*made.samples, made.entries, made.check))
+    look(made.motion)
+    return found

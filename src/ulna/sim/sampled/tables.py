@@ -1,31 +1,51 @@
-"""What changes from sample to sample alike in all runs: references and disturbances."""
+"""The arrays that a compiled loop takes: what runs begin with, what all share at a sample, samples of their own."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from ulna.base import SimulationError
+from ulna.loop import TINY, Fitted, Loop, parameters_of
+from ulna.program import to_python
 from ulna.sim.cache import IdentityCache
-from ulna.sim.inputs import Constant, Formula, Input, Interpolated, as_input, input_values
-from ulna.sim.sampled.constants import parameters_of
-from ulna.sim.sampled.sampled import Sampled
-from ulna.sim.sampled.wiring import Wiring
-
-TINY = 1e-9
-"""Part of a period below which a time counts as a whole number of periods."""
+from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated, input_values
+from ulna.sim.sampled.prepared import Prepared, Shape
+from ulna.symbolic.compiling import kernel
+from ulna.system import LinearInjection
 
 MOST_SAMPLES = 100_000_000
 """Of one run: tables and trajectories of more do not fit into memory."""
 
-_TABLES = IdentityCache(16)
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Starts:
+    """What N runs begin with, in SI.
+
+    Attributes:
+        initial: (N, n) plant states. memory: (N,) by name: states of estimator and controller, estimates of an
+            estimator whose linear part is known, driven inputs before the first command; 0 where left out.
+        parameters: (N, p) of the plant, in its order. controller: parameters of the controller by name.
+        inputs: what drives references and disturbances alike in all runs. own: (N,) what each run adds, by name.
+        targets: (N, outputs). seeds: (N,).
+    """
+
+    initial: np.ndarray
+    memory: Mapping[str, np.ndarray]
+    parameters: np.ndarray
+    controller: Mapping[str, float]
+    inputs: Mapping[str, Input]
+    own: Mapping[str, np.ndarray]
+    targets: np.ndarray
+    seeds: np.ndarray
 
 
-def samples_of(settings: Sampled, start: float, end: float) -> int:
+def samples_of(period: float, start: float, end: float) -> int:
     """The number of periods between two times.
 
     Raises:
@@ -33,43 +53,121 @@ def samples_of(settings: Sampled, start: float, end: float) -> int:
     """
     if start != 0.0:
         raise SimulationError("times of a sampled run", f"they begin at {start:g} s.", "A sampled run begins at 0 s.")
-    count = math.floor(end / settings.period + TINY * max(1.0, end / settings.period))
+    count = math.floor(end / period + TINY * max(1.0, end / period))
     if count < 1:
         raise SimulationError(
-            f"Sampled(period={settings.period:g})",
+            f"Hardware(period={period:g})",
             f"the period is longer than the run of {end:g} s.",
             "Run longer or sample faster.",
         )
     if count > MOST_SAMPLES:
         raise SimulationError(
-            f"Sampled(period={settings.period:g})",
+            f"Hardware(period={period:g})",
             f"a run of {end:g} s has {count:.3g} samples, at most {MOST_SAMPLES:.0e} are possible.",
             "Sample more slowly or run shorter.",
         )
     return count
 
 
-def reference_table(settings: Sampled, wiring: Wiring, count: int) -> np.ndarray:
-    """(count + 1, references) values at the nominal sample times; remembered, to be read only."""
+def shape_of(loop: Loop, inputs: Mapping[str, Input]) -> Shape:
+    """How the inputs enter: formulas of disturbances are compiled in, samples of each run's own are read."""
+    plant = {s.name for s in loop.disturbances}
+    free = [name for name in inputs if name in plant]
+    formulas = tuple((name, given.expression) for name in free if isinstance(given := inputs[name], Formula))
+    slots = [s.name for s in loop.disturbances if s.name not in dict(formulas)]
+    names = {f"r{k}": s.name for k, s in enumerate(loop.references)} | {f"d{k}": name for k, name in enumerate(slots)}
+    names |= {f"noise{k}": f"{s.name}_noise" for k, s in enumerate(loop.wiring.measured)}
+    return Shape(
+        formulas=formulas,
+        ramps=any(isinstance(inputs[name], Interpolated) for name in free),
+        paths=tuple(slot for slot, name in names.items() if _of_its_own(inputs.get(name), slot)),
+    )
 
-    def made() -> np.ndarray:
-        names = [s.name for s in wiring.references]
-        values = parameters_of(settings, wiring)
-        known = dict(zip((name for name, _ in wiring.parameters), values, strict=True))
-        given = [as_input(name, settings.references[name]) for name in names]
-        return _table(given, names, settings, count, known)
 
-    return _TABLES.get(wiring, (settings, count), made)
+def _of_its_own(given: Input | None, slot: str) -> bool:
+    return given is not None and (slot.startswith("noise") or np.ndim(getattr(given, "values", 0.0)) == 2)
 
 
-def _table(
-    inputs: list[Input], names: list[str], settings: Sampled, count: int, parameters: Mapping[str, float]
-) -> np.ndarray:
-    times = settings.period * np.arange(count + 1)
-    table = np.zeros((count + 1, max(1, len(inputs))))
-    for column, (name, given) in enumerate(zip(names, inputs, strict=True)):
+def source_of(slot: str, loop: Loop, made: Prepared) -> str:
+    """The name of the input that fills a slot of samples."""
+    stem, k = slot.rstrip("0123456789"), int(slot.lstrip("abcdefghijklmnopqrstuvwxyz"))
+    if stem == "noise":
+        return f"{loop.wiring.measured[k].name}_noise"
+    return (loop.references if stem == "r" else made.disturbances)[k].name
+
+
+def begin_table(loop: Loop, made: Prepared, starts: Starts) -> np.ndarray:
+    """(N, columns) what each run begins with."""
+    runs = len(starts.initial)
+    memory = _memory(loop, made.fitted, starts, runs)
+    rows = {f"x{k}": starts.initial[:, k] for k in range(starts.initial.shape[1])}
+    rows |= {f"z{k}": memory[s.name] for k, s in enumerate(loop.wiring.memory)}
+    rows |= {f"u{k}": memory.get(s.name, 0.0) for k, s in enumerate(loop.wiring.driven)}
+    rows |= {f"p{k}": starts.parameters[:, k] for k in range(starts.parameters.shape[1])}
+    rows |= {f"r{k}": starts.own.get(s.name, 0.0) for k, s in enumerate(loop.references)}
+    rows |= {f"d{k}": starts.own.get(s.name, 0.0) for k, s in enumerate(made.disturbances)}
+    rows |= {f"target{k}": starts.targets[:, k] for k in range(starts.targets.shape[1])}
+    table = np.zeros((runs, max(1, len(made.blocks.columns))))
+    for column, name in enumerate(made.blocks.columns):
+        table[:, column] = rows[name]
+    return table
+
+
+def shared_table(loop: Loop, made: Prepared, starts: Starts, count: int) -> np.ndarray:
+    """(count + 1, columns) references and disturbances at the nominal sample times, and slopes until the next one.
+
+    Remembered, to be read only.
+    """
+    given = tuple(starts.inputs.items())
+    formulas = any(isinstance(each, Formula) for _, each in given)
+    known = (starts.parameters[0].tobytes(), tuple(starts.controller.items())) if formulas else ()
+    return _TABLES.get(made, (count, given, known), lambda: _shared(loop, made, starts, count))
+
+
+_TABLES = IdentityCache(16)
+
+
+def _shared(loop: Loop, made: Prepared, starts: Starts, count: int) -> np.ndarray:
+    times = made.fitted.period * np.arange(count + 1)
+    table = np.zeros((count + 1, max(1, len(made.blocks.tables))))
+    place = {name: column for column, name in enumerate(made.blocks.tables)}
+    plant = dict(zip((p.name for p in loop.plant.parameters), starts.parameters[0].tolist(), strict=True))
+    names = [name for name, _ in loop.wiring.parameters]
+    controller = dict(zip(names, parameters_of(loop.wiring, starts.controller), strict=True))
+    for stem, signals, known in (
+        ("reference", loop.references, {**plant, **controller}),
+        ("other", made.disturbances, plant),
+    ):
+        for k, signal in enumerate(signals):
+            given = starts.inputs.get(signal.name)
+            if given is not None and np.ndim(getattr(given, "values", 0.0)) < 2:
+                _check_span(signal.name, given, float(times[-1]))
+                table[:, place[f"{stem}{k}"]] = input_values(given, times, known)
+            if isinstance(given, Interpolated) and f"slope{k}" in place and stem == "other":
+                values = table[:, place[f"other{k}"]]
+                table[:-1, place[f"slope{k}"]] = np.diff(values) / np.diff(times)
+    return table
+
+
+def path_table(loop: Loop, made: Prepared, starts: Starts, count: int) -> np.ndarray:
+    """(count + 1, paths, N) samples of each run's own."""
+    names, runs = made.blocks.paths, len(starts.initial)
+    if not names:
+        return np.zeros((1, 1, 1))
+    times = made.fitted.period * np.arange(count + 1)
+    table = np.empty((count + 1, len(names), runs))
+    for row, slot in enumerate(names):
+        name = source_of(slot, loop, made)
+        given: Any = starts.inputs[name]
+        if isinstance(given, Constant | Formula):
+            table[:, row, :] = input_values(given, times, {})[:, None]
+            continue
         _check_span(name, given, float(times[-1]))
-        table[:, column] = input_values(given, times, parameters)
+        values = np.broadcast_to(given.values, (runs, len(given.times)))
+        if isinstance(given, Held):
+            table[:, row, :] = values[:, np.maximum(np.searchsorted(given.times, times, side="right") - 1, 0)].T
+        else:
+            table[:, row, :] = np.stack([np.interp(times, given.times, each) for each in values], axis=1)
     return table
 
 
@@ -78,70 +176,51 @@ def _check_span(name: str, given: Input, end: float) -> None:
         return
     if given.times[0] > 0.0 or (isinstance(given, Interpolated) and given.times[-1] < end - TINY):
         raise SimulationError(
-            f"'{name}' of the sampled loop",
+            f"input '{name}' of the sampled loop",
             f"it is given from {given.times[0]:g} s to {given.times[-1]:g} s, the run goes from 0 s to {end:g} s.",
             "Give samples for the whole run.",
         )
 
 
-def disturbance_table(
-    inputs: Mapping[str, Input], settings: Sampled, wiring: Wiring, count: int, parameters: Mapping[str, float]
-) -> np.ndarray:
-    """(count + 1, 2 others): value at each sample, slope until the next one; to be read only."""
-    if not inputs:
-        return _TABLES.get(wiring, count, lambda: np.zeros((count + 1, 2 * max(1, len(wiring.others)))))
-    table = np.zeros((count + 1, 2 * max(1, len(wiring.others))))
-    names = [s.name for s in wiring.others]
-    given = [inputs.get(name, Constant(value=0.0)) for name in names]
-    values = _table(given, names, settings, count, parameters)
-    for column, each in enumerate(given):
-        table[:, 2 * column] = values[:, column]
-        if isinstance(each, Interpolated):
-            table[:-1, 2 * column + 1] = np.diff(values[:, column]) / settings.period
-    return table
+def _memory(loop: Loop, fitted: Fitted, starts: Starts, runs: int) -> dict[str, np.ndarray]:
+    """(N,) by name: states of estimator and controller, and driven inputs, at the start."""
+    wiring = loop.wiring
+    names = [s.name for s in wiring.memory]
+    estimator = wiring.injected
+    shown = [] if estimator is None else [s.name for s in estimator.system.outputs]
+    known = (*names, *shown, *(s.name for s in wiring.driven))
+    unknown = [name for name in starts.memory if name not in known]
+    if unknown:
+        raise SimulationError(
+            "initial state of the controller",
+            f"there is no {', '.join(unknown)}.",
+            f"Known: {', '.join(dict.fromkeys(known)) or 'none'}.",
+        )
+    found = {name: np.broadcast_to(np.asarray(value, dtype=float), (runs,)) for name, value in starts.memory.items()}
+    if not all(np.isfinite(values).all() for values in found.values()):
+        raise SimulationError("initial state of the controller", "a value is not a finite number.")
+    begun = (
+        {} if estimator is None else _started(estimator, fitted, starts, {name: found.get(name, 0.0) for name in shown})
+    )
+    return {name: np.zeros(runs) for name in names} | begun | found
 
 
-def as_rows(rows: int, columns: int, values: Any = None) -> np.ndarray:
-    """(rows, columns) floats, contiguous, at least one column so that the compiled loop can take it."""
-    table = np.zeros((rows, max(1, columns)))
-    if values is not None and columns:
-        table[:, :columns] = values
-    return table
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Tables:
-    """The arrays that a compiled loop takes, in its order; `own` have a row for each run.
-
-    Attributes:
-        settings, held: numbers of the loop, constants of the controller, as in `Loop`.
-        memory: (N, states of estimator and controller). initial: (N, n). parameters: (N, p).
-        references: (samples, r). own_references: (N, r), added. others: (samples, 2 d). own_others: (N, d), added.
-        seeds: (N,). targets: (N, outputs).
-    """
-
-    settings: np.ndarray
-    held: np.ndarray
-    memory: np.ndarray
-    initial: np.ndarray
-    parameters: np.ndarray
-    references: np.ndarray
-    own_references: np.ndarray
-    others: np.ndarray
-    own_others: np.ndarray
-    seeds: np.ndarray
-    targets: np.ndarray
-
-    def all(self) -> list[np.ndarray]:
-        """Every array, in order."""
-        return [getattr(self, each.name) for each in fields(self)]
-
-    def of(self, rows: slice) -> list[np.ndarray]:
-        """Every array, in order; of those with a row for each run these rows."""
-        return [
-            np.ascontiguousarray(array[rows]) if each.name in _OWN else array
-            for each, array in zip(fields(self), self.all(), strict=True)
-        ]
-
-
-_OWN = frozenset({"memory", "initial", "parameters", "own_references", "own_others", "seeds", "targets"})
+def _started(
+    estimator: LinearInjection, fitted: Fitted, starts: Starts, shown: Mapping[str, Any]
+) -> dict[str, np.ndarray]:
+    """The estimator's states for the estimates wanted at the start."""
+    runs = len(starts.initial)
+    symbols = [sp.Symbol(name, real=True) for name in shown]
+    own = [s.name for s in estimator.system.states]
+    values = dict(
+        zip(estimator.system.parameter_symbols, parameters_of(fitted.wiring, starts.controller), strict=False)
+    )
+    expressions = [expression.xreplace(values) for expression in estimator.start]
+    evaluate = to_python(kernel("start", symbols, dict(zip(own, expressions, strict=True))))
+    if all(np.ndim(value) == 0 for value in shown.values()):
+        row = evaluate(*(float(value) for value in shown.values()))
+        return {name: np.full(runs, value) for name, value in zip(own, row, strict=True)}
+    # One by one: a run gets the same bits alone.
+    rows = np.stack([np.broadcast_to(np.asarray(value, dtype=float), (runs,)) for value in shown.values()], axis=1)
+    begun = np.array([evaluate(*row) for row in rows.tolist()])
+    return dict(zip(own, begun.T, strict=True))

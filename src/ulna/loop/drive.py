@@ -1,9 +1,12 @@
-"""`Pwm`: the bridge that turns a commanded voltage into pulses."""
+"""What stands between a command and the plant's input: a bridge with pulses, an amplifier with limits."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import sympy as sp
 
 from ulna.base import SimulationError
 
@@ -53,3 +56,23 @@ class Pwm:
     def pulsed(self) -> bool:
         """Whether the plant gets more than the mean."""
         return self.switched or self.ripple
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Amplifier:
+    """A drive that gives what it can: at each sample the command is cut to bounds that hang on the plant's state.
+
+    A battery behind its resistance and a current limit are such bounds:
+    `upper = "min(V, cell - Rb*i, emf*omega + Ra*peak)"`. Where the bounds cross, the lower one wins.
+
+    Args:
+        lower, upper: SI, formulas (text or expressions) of the plant's states and parameters and of `numbers`.
+        numbers: SI values of further names in the formulas.
+        measured: the controller reads what is applied, as an amplifier that measures tells it; else it believes that
+            its limited command is.
+    """
+
+    lower: str | sp.Expr
+    upper: str | sp.Expr
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    measured: bool = True

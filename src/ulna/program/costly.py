@@ -1,12 +1,14 @@
-"""What a controller computes of a measured value is of use twice: at its sample, and as the older value at the next."""
+"""A kernel split at its costly functions of some inputs, whose values may be wanted again."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 
-from ulna.program import Hoisted, InstructionList, Kernel, Operation, pruned
+from ulna.program.hoist import Hoisted
+from ulna.program.instructions import InstructionList, Operation, pruned
+from ulna.program.kernel import Kernel
 
-CARRIED = "carried_"
+COSTLY = "costly_"
 
 _CHEAP = frozenset(
     {
@@ -23,7 +25,7 @@ _CHEAP = frozenset(
 )
 
 
-def carried(kernel: Kernel, fixed: Collection[str]) -> Hoisted:
+def costly_first(kernel: Kernel, fixed: Collection[str]) -> Hoisted:
     """The kernel split at the costly functions of the inputs `fixed` and of constants.
 
     `before` takes the kernel's inputs, `main` these and then what `before` answers.
@@ -49,13 +51,13 @@ def carried(kernel: Kernel, fixed: Collection[str]) -> Hoisted:
         for k in range(first, len(static))
         if worth[k] and k in used and kernel.instructions[k - first].operation is not Operation.CONSTANT
     ]
-    names = tuple(f"{CARRIED}{k}" for k in range(len(crossing)))
+    names = tuple(f"{COSTLY}{k}" for k in range(len(crossing)))
     instructions, results = pruned(first, kernel.instructions, tuple(crossing))
     before = Kernel(name=kernel.name, inputs=kernel.inputs, outputs=names, instructions=instructions, results=results)
-    return Hoisted(before=before, main=_main(kernel, crossing, names))
+    return Hoisted(before=before, main=_rest(kernel, crossing, names))
 
 
-def _main(kernel: Kernel, crossing: list[int], names: tuple[str, ...]) -> Kernel:
+def _rest(kernel: Kernel, crossing: list[int], names: tuple[str, ...]) -> Kernel:
     first = len(kernel.inputs)
     listing = InstructionList(first + len(names))
     index = {k: k for k in range(first)} | {k: first + place for place, k in enumerate(crossing)}

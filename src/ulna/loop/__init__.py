@@ -1,0 +1,49 @@
+"""`Loop`: a plant, its controller and the hardware between them, as one value that every engine reads."""
+
+from ulna.loop.applied import applied
+from ulna.loop.clock import Jitter, MissedSamples
+from ulna.loop.discretisation import Discretisation, Euler, ExactHold, RungeKutta4
+from ulna.loop.drive import Amplifier, Pwm
+from ulna.loop.fitted import TINY, Fitted, parameters_of
+from ulna.loop.flow import Flow, Program, Repeat, Steps
+from ulna.loop.guard import Guard
+from ulna.loop.hardware import Hardware
+from ulna.loop.limits import ConditionalIntegration, EndStop, Saturation, SlewLimit
+from ulna.loop.loop import Loop
+from ulna.loop.parts import Parts, parts_of
+from ulna.loop.sensors import MeasurementNoise, Quantiser
+from ulna.loop.step import Step
+from ulna.loop.wiring import TIME, Wiring
+
+__all__ = [
+    "TIME",
+    "TINY",
+    "Amplifier",
+    "ConditionalIntegration",
+    "Discretisation",
+    "EndStop",
+    "Euler",
+    "ExactHold",
+    "Fitted",
+    "Flow",
+    "Guard",
+    "Hardware",
+    "Jitter",
+    "Loop",
+    "MeasurementNoise",
+    "MissedSamples",
+    "Parts",
+    "Program",
+    "Pwm",
+    "Quantiser",
+    "Repeat",
+    "RungeKutta4",
+    "Saturation",
+    "SlewLimit",
+    "Step",
+    "Steps",
+    "Wiring",
+    "applied",
+    "parameters_of",
+    "parts_of",
+]

@@ -1,0 +1,219 @@
+"""First stage of a step: read the sensors, advance the states of estimator and controller to this sample."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ulna.loop.discretisation import Euler, ExactHold, RungeKutta4
+from ulna.loop.fitted import Fitted
+from ulna.loop.runge_kutta import combined, moved
+from ulna.program import (
+    COSTLY,
+    HOISTED,
+    Assembly,
+    Hoisted,
+    Kernel,
+    Operation,
+    Scalar,
+    costly_first,
+    restricted,
+)
+
+Pair = tuple[Sequence[Scalar], Sequence[Scalar]]
+"""Values at the older and at the newer sample."""
+
+
+def row_of(kernel: Kernel, stem: str) -> Kernel:
+    """The kernel of the outputs stem0, stem1, … only."""
+    return restricted(kernel, [label for label in kernel.outputs if label.rstrip("0123456789") == stem])
+
+
+def advance(loop: Fitted) -> Kernel:
+    """The kernel: measured values, references and memory in, quantised values and new memory out."""
+    w = Assembly("advance")
+    missed = w.input("missed") if loop.hardware.missed else None
+    measured = w.inputs("y", len(loop.wiring.measured))
+    fault = not_finite(measured) if loop.hardware.guard and measured else None
+    outputs: dict[str, Scalar] = {}
+    older, newer = w.inputs("yn", len(measured)), []
+    for k, before in enumerate(older):
+        value = _quantised(loop, w, k, measured[k])
+        # A value that is not finite is as good as none.
+        value = value if fault is None else fault.equals(0.0).where(value, before)
+        newer.append(value if missed is None else missed.where(before, value))
+        outputs[f"yn{k}"] = newer[k]
+    if loop.wiring.memory:
+        fault = _advanced(loop, w, (older, newer), (missed, fault), outputs)
+    outputs["begun"] = w.constant(1.0)
+    outputs["fault"] = w.constant(0.0) if fault is None else fault
+    return w.finished(outputs)
+
+
+def not_finite(values: Sequence[Scalar]) -> Scalar:
+    """0 where all are finite, else NaN: so is the difference of an infinity or a NaN with itself."""
+    total = values[0] - values[0]
+    for value in values[1:]:
+        total = total + (value - value)
+    return total
+
+
+def _quantised(loop: Fitted, w: Assembly, k: int, value: Scalar) -> Scalar:
+    sensor = loop.sensors[k]
+    if sensor is None:
+        return value
+    whole = w.call(loop.written(_FLOOR), {"value": value * w.input(f"codes{k}") + 0.5})["floor"]
+    value = w.input(f"step{k}") * whole
+    high, low = w.input(f"code_high{k}"), w.input(f"code_low{k}")
+    value = value.more(high).where(high, value)
+    return value.less(low).where(low, value)
+
+
+def _floor() -> Kernel:
+    w = Assembly("floor")
+    return w.finished({"floor": w.input("value").apply(Operation.FLOOR)})
+
+
+_FLOOR = _floor()
+
+
+def _advanced(
+    loop: Fitted,
+    w: Assembly,
+    samples: Pair,
+    skips: tuple[Scalar | None, Scalar | None],
+    outputs: dict[str, Scalar],
+) -> Scalar | None:
+    """The memory advanced to this sample; at the first one, and where it would not be finite, it stays.
+
+    Args:
+        skips: whether the sample is missed, and the fault of the measured values. outputs: gets the memory.
+
+    Returns:
+        The fault.
+    """
+    missed, fault = skips
+    count = len(loop.wiring.references)
+    z, references = w.inputs("z", len(loop.wiring.memory)), (w.inputs("r_old", count), w.inputs("r", count))
+    match loop.hardware.discretisation:
+        case Euler(substeps=steps, interpolate=interpolate):
+            row = _Row(loop, w, "z'", samples, outputs, interpolate=interpolate)
+            advanced = _euler(w, row, z, (references[0], references[0]), steps)
+        case RungeKutta4(substeps=steps, interpolate=interpolate):
+            row = _Row(loop, w, "z'", samples, outputs, interpolate=interpolate)
+            advanced = _runge_kutta(w, row, z, references, steps)
+        case ExactHold(interpolate=interpolate):
+            advanced = _exact(loop, w, z, samples, references, outputs, interpolate=interpolate)
+    moves = begun = w.input("begun")
+    if loop.hardware.guard:
+        own = begun.where(not_finite(advanced), 0.0)
+        fault = own if fault is None else fault + own
+        moves = moves.both(fault.equals(0.0))
+    if missed is not None:
+        moves = moves.both(missed.negated())
+    for k, value in enumerate(advanced):
+        outputs[f"z{k}"] = moves.where(value, z[k])
+        if k in loop.frozen:
+            outputs[f"kept{k}"] = z[k]
+    return fault
+
+
+class _Row:
+    """A row of the controller's kernel between two samples of y, with u held.
+
+    What is costly and depends on y alone is computed at each sample and kept for the next one.
+    """
+
+    def __init__(
+        self, loop: Fitted, w: Assembly, stem: str, samples: Pair, outputs: dict[str, Scalar], *, interpolate: bool
+    ) -> None:
+        wiring = loop.wiring
+        self.w, self.samples, self.interpolate = w, samples, interpolate
+        self.u = w.inputs("believed", len(wiring.driven))
+        fixed = [f"y{k}" for k in range(len(wiring.measured))]
+        fixed += [f"{HOISTED}{k}" for k in range(len(wiring.controller.before.outputs))]
+        parts = costly_first(row_of(wiring.controller.main, stem), fixed)
+        self.parts = Hoisted(before=loop.written(parts.before), main=loop.written(parts.main))
+        slots = f"costly_{stem[0]}"
+        older, newer = w.inputs(slots, len(parts.before.outputs)), self._costly(samples[1])
+        outputs |= {f"{slots}{k}": value for k, value in enumerate(newer)}
+        self.known = {0.0: older, 1.0: newer}
+
+    def __call__(self, z: Sequence[Scalar], r: Sequence[Scalar], fraction: float) -> list[Scalar]:
+        """The row for states z and references r, this part of a period after the older sample."""
+        at = fraction if self.interpolate else 0.0
+        y = _between(self.samples, at)
+        if at not in self.known:
+            self.known[at] = self._costly(y)
+        costly = {f"{COSTLY}{k}": value for k, value in enumerate(self.known[at])}
+        return list(self.w.call(self.parts.main, costly | roles(z=z, y=y, u=self.u, r=r)).values())
+
+    def _costly(self, y: Sequence[Scalar]) -> list[Scalar]:
+        return list(self.w.call(self.parts.before, roles(y=y)).values())
+
+
+def roles(**rows: Sequence[Scalar]) -> dict[str, Scalar]:
+    """Inputs of a kernel: stem0, stem1 and so on of each row."""
+    return {f"{stem}{k}": value for stem, row in rows.items() for k, value in enumerate(row)}
+
+
+def _between(pair: Pair, fraction: float) -> Sequence[Scalar]:
+    older, newer = pair
+    if older is newer or fraction == 0.0:
+        return older
+    if fraction == 1.0:
+        return newer
+    return [a + fraction * (b - a) for a, b in zip(older, newer, strict=True)]
+
+
+def _euler(w: Assembly, rates: _Row, z: Sequence[Scalar], r: Pair, steps: int) -> Sequence[Scalar]:
+    h = w.input("period") / float(steps)
+    for j in range(steps):
+        z = moved(z, h, rates(z, _between(r, j / steps), j / steps))
+    return z
+
+
+def _runge_kutta(w: Assembly, rates: _Row, z: Sequence[Scalar], r: Pair, steps: int) -> Sequence[Scalar]:
+    h = w.input("period") / float(steps)
+    half, sixth = 0.5 * h, h / 6.0
+    for j in range(steps):
+        at = [(j + c) / steps for c in (0.0, 0.5, 1.0)]
+        r_at = [_between(r, c) for c in at]
+        k1 = rates(z, r_at[0], at[0])
+        k2 = rates(moved(z, half, k1), r_at[1], at[1])
+        k3 = rates(moved(z, half, k2), r_at[1], at[1])
+        k4 = rates(moved(z, h, k3), r_at[2], at[2])
+        z = combined(z, sixth, (k1, k2, k3, k4))
+    return z
+
+
+def _exact(
+    loop: Fitted,
+    w: Assembly,
+    z: Sequence[Scalar],
+    samples: Pair,
+    r: Pair,
+    outputs: dict[str, Scalar],
+    *,
+    interpolate: bool,
+) -> list[Scalar]:
+    """Φ ẑ + G₀ w(y_k, u_k) + G₁ w(y_{k+1}, u_k); the law's states by the trapezoidal rule."""
+    n = loop.wiring.observed
+    injected = _Row(loop, w, "w", samples, outputs, interpolate=interpolate)
+    blocks = {"phi": z[:n], "g0": injected(z, r[0], 0.0)}
+    if interpolate:
+        blocks["g1"] = injected(z, r[0], 1.0)
+    z_new: list[Scalar] = []
+    for i in range(n):
+        value = w.constant(0.0)
+        for name, row in blocks.items():
+            for j, each in enumerate(row):
+                value = w.input(f"{name}_{i}_{j}").fused(each, value)
+        z_new.append(value)
+    own = range(n, len(z))
+    if own:
+        h = w.input("period")
+        rates = _Row(loop, w, "z'", samples, outputs, interpolate=True)
+        k1 = rates(z, r[0], 0.0)
+        k2 = rates(z_new + [h.fused(k1[k], z[k]) for k in own], r[1], 1.0)
+        z_new += [(0.5 * h).fused(k1[k] + k2[k], z[k]) for k in own]
+    return z_new

@@ -1,0 +1,96 @@
+"""Second stage of a step: the law, anti-windup, limits, guard, and the delay line to the drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ulna.loop.advance import not_finite, roles, row_of
+from ulna.loop.fitted import Fitted
+from ulna.program import Assembly, Kernel, Scalar
+
+
+def command(loop: Fitted) -> Kernel:
+    """The kernel: memory and quantised values in, estimates, commands and what the drive gets out."""
+    w, wiring = Assembly("command"), loop.wiring
+    z, y = w.inputs("z", len(wiring.memory)), w.inputs("yn", len(wiring.measured))
+    u, r = w.inputs("believed", len(wiring.driven)), w.inputs("r", len(wiring.references))
+    outputs: dict[str, Scalar] = {}
+    computed = _commanded(loop, w, (z, y, u, r), outputs)
+    estimates = w.call(loop.written(row_of(wiring.controller.main, "e")), roles(z=z, y=y, u=u, r=r))
+    outputs |= estimates
+    missed = w.input("missed") if loop.hardware.missed else None
+    fault = w.input("fault")
+    for k, value in enumerate(computed):
+        command, fault = _guarded(loop, w, k, value, missed, fault)
+        outputs[f"c{k}"] = command
+        outputs |= _delayed(loop, w, k, _limited(loop, w, k, command))
+    outputs["fault"] = fault
+    outputs |= {f"r_old{k}": value for k, value in enumerate(r)}
+    return w.finished(outputs)
+
+
+def _commanded(loop: Fitted, w: Assembly, rows: tuple[list[Scalar], ...], outputs: dict[str, Scalar]) -> list[Scalar]:
+    """The commands; integrals whose step pushed a saturated command farther out are put back."""
+    z, y, u, r = rows
+    kernel = loop.written(row_of(loop.wiring.controller.main, "c"))
+    commands = list(w.call(kernel, roles(z=z, y=y, u=u, r=r)).values())
+    if not loop.frozen:
+        return commands
+    kept = list(z)
+    for k in loop.frozen:
+        kept[k] = w.input(f"kept{k}")
+    others = list(w.call(kernel, roles(z=kept, y=y, u=u, r=r)).values())
+    freezes = _excess(loop, w, commands).more(_excess(loop, w, others))
+    for k in loop.frozen:
+        z[k] = outputs[f"z{k}"] = freezes.where(kept[k], z[k])
+    return [freezes.where(b, a) for a, b in zip(commands, others, strict=True)]
+
+
+def _excess(loop: Fitted, w: Assembly, commands: Sequence[Scalar]) -> Scalar:
+    """Sum over the inputs of how far a command lies outside its limits."""
+    total: Scalar | None = None
+    for k, value in enumerate(commands):
+        if loop.saturations[k] is not None:
+            above, below = value - w.input(f"upper{k}"), w.input(f"lower{k}") - value
+            beyond = below.more(0.0).where(below, above.more(0.0).where(above, 0.0))
+            total = beyond if total is None else total + beyond
+    return w.constant(0.0) if total is None else total
+
+
+def _guarded(
+    loop: Fitted, w: Assembly, k: int, computed: Scalar, missed: Scalar | None, fault: Scalar
+) -> tuple[Scalar, Scalar]:
+    """(command, fault): a sample that is missed, or has a number that is not finite, holds the last command."""
+    guard, held = loop.hardware.guard, w.input(f"c{k}")
+    value = computed
+    if guard is not None:
+        fault = fault + not_finite([computed])
+        if guard.largest < math.inf:
+            fault = fault + abs(computed).less(guard.largest).where(0.0, math.nan)
+        replaced = held if guard.output is None else w.constant(guard.output)
+        value = fault.equals(0.0).where(computed, replaced)
+    return value if missed is None else missed.where(held, value), fault
+
+
+def _limited(loop: Fitted, w: Assembly, k: int, value: Scalar) -> Scalar:
+    """Slew limit, then saturation."""
+    if loop.slews[k] is not None:
+        before, change = w.input(f"h{k}_0"), w.input(f"change{k}")
+        value = value.at_most(before + change).where(value, before + change)
+        value = value.at_least(before - change).where(value, before - change)
+    if loop.saturations[k] is not None:
+        upper, lower = w.input(f"upper{k}"), w.input(f"lower{k}")
+        value = value.at_most(upper).where(value, upper)
+        value = value.at_least(lower).where(value, lower)
+    return value
+
+
+def _delayed(loop: Fitted, w: Assembly, k: int, wanted: Scalar) -> dict[str, Scalar]:
+    """h_0 is the newest limited command, h_j the one j samples older; the drive gets h_m, before that h_{m+1}."""
+    m = loop.whole_delay
+    row = [wanted, *(w.input(f"h{k}_{j}") for j in range(m + loop.split))]
+    found = {f"h{k}_{j}": value for j, value in enumerate(row)}
+    late, early = row[m], row[m + loop.split]
+    believed = late + w.input("fraction") * (early - late) if loop.split else late
+    return found | {f"late{k}": late, f"early{k}": early, f"believed{k}": believed}

@@ -1,0 +1,30 @@
+"""`Guard`: what a processor does where a number is not finite."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ulna.base import SimulationError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guard:
+    """A sample with a value that is not finite counts as a fault: the memory stays, the command is held or replaced.
+
+    A measured value that is not finite is ignored, as if the sample had been missed. A limiter alone would hand its
+    bound on for ever: NaN fails every comparison.
+
+    Args:
+        output: SI, what is commanded instead of a command that is not finite; None holds the last one.
+        largest: a command of this size or more counts as not finite.
+    """
+
+    output: float | None = None
+    largest: float = math.inf
+
+    def __post_init__(self) -> None:
+        if self.output is not None and not math.isfinite(self.output):
+            raise SimulationError(f"Guard(output={self.output})", "the safe output must be a finite number.")
+        if not (self.largest > 0):
+            raise SimulationError(f"Guard(largest={self.largest})", "the bound must be positive.")

@@ -1,0 +1,50 @@
+"""`Parts`: a controller as plain systems, whatever it was made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ulna.base import SimulationError
+from ulna.system import LinearInjection, System
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Parts:
+    """A controller.
+
+    Attributes:
+        system: the whole. law: what computes the commands; the whole, where there is no observer.
+        observer: what estimates, by itself: in a loop with a processor it sees the limited, delayed input.
+    """
+
+    system: System
+    law: System
+    observer: System | LinearInjection | None = None
+
+
+def parts_of(controller: Any) -> Parts:
+    """The parts of a controller: a `System`, or what has one as its `.system` and perhaps `.law` and `.observer`.
+
+    Raises:
+        SimulationError: what is neither.
+    """
+    if isinstance(controller, Parts):
+        return controller
+    whole = _system(controller)
+    law, observer = getattr(controller, "law", None), getattr(controller, "observer", None)
+    if law is None or observer is None:
+        return Parts(system=whole, law=whole)
+    estimator = observer if isinstance(observer, LinearInjection) else _system(observer)
+    return Parts(system=whole, law=_system(law), observer=estimator)
+
+
+def _system(given: Any) -> System:
+    found = given if isinstance(given, System) else getattr(given, "system", None)
+    if not isinstance(found, System):
+        raise SimulationError(
+            f"controller of type {type(given).__name__}",
+            "it is no system and has none.",
+            "Give a law, a compensator, or a System with the plant's inputs among its outputs.",
+        )
+    return found

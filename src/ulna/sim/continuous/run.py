@@ -1,0 +1,182 @@
+"""One continuous run as a `Trajectory`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ulna.base import SimulationError
+from ulna.sim.continuous.flow import Flow, Stretch
+from ulna.sim.continuous.prepared import (
+    Commands,
+    Prepared,
+    parameter_values,
+    prepared,
+    shape_of,
+    stretch_values,
+)
+from ulna.sim.continuous.rules import Limits, Reported
+from ulna.sim.continuous.switched_flow import SwitchedFlow
+from ulna.sim.continuous.taylor import Taylor
+from ulna.sim.continuous.watchers import new_course
+from ulna.sim.event import Event, EventKind
+from ulna.sim.inputs import Held, Input, Interpolated
+from ulna.sim.outcome import Outcome
+from ulna.sim.trajectory import Series, Trajectory
+from ulna.system import System
+
+UNLIMITED = Limits()
+
+
+def run_continuous(
+    system: System,
+    initial: np.ndarray,
+    times: np.ndarray,
+    inputs: Mapping[str, Input],
+    parameters: Mapping[str, float] | None,
+    *,
+    engine: Taylor,
+    limits: Limits = UNLIMITED,
+    reported: tuple[Reported, ...] = (),
+) -> Trajectory:
+    """The solution of x' = F(x, u, p) at the times.
+
+    Args:
+        system: what is integrated. initial: (n,) SI. times: (N,) s, N ≥ 2. inputs: what drives its inputs.
+        parameters: SI values in place of the system's own. engine: settings. limits: saturation and end stops.
+        reported: events to report.
+
+    Raises:
+        SimulationError: parameters without a value, inputs not defined over the whole time, names that fit nothing.
+    """
+    ready = prepared(system, shape_of(inputs, system) if system.inputs else (), engine, limits, reported)
+    if parameters is None and ready.ready is not None:
+        known = ready.parameters
+    else:
+        known = parameter_values(ready.values, parameters, system.name)
+    run, happened = _integrated(ready, initial, times, inputs, known, default=parameters is None)
+    trajectory = Trajectory(
+        system=ready.shown,
+        parameters=known,
+        drive=inputs,
+        times=run.times,
+        states=run.states,
+        outcome=run.outcome,
+        events=happened,
+    )
+    if ready.commands is not None:
+        return replace(trajectory, further=_limited(ready.commands, trajectory))
+    return trajectory
+
+
+def _limited(commands: Commands, trajectory: Trajectory) -> Mapping[str, Series]:
+    """What limited inputs would have been, and what they were."""
+    system = trajectory.system
+    known = {s.name: s for s in (*system.inputs, *system.outputs)}
+    values = commands.evaluate(
+        *trajectory.states.T, *trajectory.inputs.T, *(trajectory.parameters[p.name] for p in system.parameters)
+    )
+    found = {}
+    for k, name in enumerate(commands.names):
+        for role, suffix, row in (("command", "command", 2 * k), ("limited command", "limited", 2 * k + 1)):
+            signal = replace(known[name], name=f"{name}_{suffix}")
+            found[signal.name] = Series(
+                signal=signal, role=role, values=np.broadcast_to(values[row], trajectory.times.shape)
+            )
+    return found
+
+
+def _integrated(
+    ready: Prepared,
+    state: np.ndarray,
+    times: np.ndarray,
+    inputs: Mapping[str, Input],
+    parameters: Mapping[str, float],
+    *,
+    default: bool,
+) -> tuple[Stretch, tuple[Event, ...]]:
+    flow = ready.flow
+    breakpoints = _breakpoints(inputs, times) if inputs else None
+    if breakpoints is not None or isinstance(flow, SwitchedFlow):
+        edges = [*times[:1], *(() if breakpoints is None else breakpoints), *times[-1:]]
+        return _stretches(ready, state, times, edges, inputs, parameters)
+    start, end = float(times[0]), float(times[-1])
+    values = ready.ready if default else None
+    if values is None:
+        values = stretch_values(ready, parameters, inputs, start, end)
+    with flow.lock:
+        if len(times) == 2:
+            final = flow.final(state, start, end, values)
+            if final is not None:
+                return Stretch(times=times, states=np.array((state, final)), outcome=Outcome.FINISHED), ()
+        run = flow.run(state, times, values)
+    return run, (() if run.outcome is Outcome.FINISHED else _ended(run))
+
+
+def _stretches(
+    ready: Prepared,
+    state: np.ndarray,
+    times: np.ndarray,
+    edges: list[Any],
+    inputs: Mapping[str, Input],
+    parameters: Mapping[str, float],
+) -> tuple[Stretch, tuple[Event, ...]]:
+    """One stretch after the other between the breakpoints of the inputs; breakpoints nobody asked for are dropped."""
+    flow = ready.flow
+    course: Any = None
+    if isinstance(flow, SwitchedFlow):
+        course = new_course(flow.motion, ready.rules, float(times[-1] - times[0]))
+    all_times, all_states, outcome = [times[:1]], [state[None, :]], Outcome.FINISHED
+    for start, end in pairwise(edges):
+        inner = times[np.searchsorted(times, start, side="right") : np.searchsorted(times, end, side="left")]
+        grid = np.concatenate(([start], inner, [end]))
+        values = stretch_values(ready, parameters, inputs, float(start), float(end))
+        with flow.lock:
+            if isinstance(flow, Flow):
+                run = flow.run(state, grid, values)
+            else:
+                course, run = flow.run(course, state, grid, values)
+        outcome = run.outcome
+        if outcome is not Outcome.FINISHED:
+            all_times.append(run.times[1:])
+            all_states.append(run.states[1:])
+            break
+        state = run.states[-1]
+        asked = end == times[min(np.searchsorted(times, end), len(times) - 1)]
+        keep = slice(1, None if asked else -1)
+        all_times.append(grid[keep])
+        all_states.append(run.states[keep])
+    whole = Stretch(times=np.concatenate(all_times), states=np.concatenate(all_states), outcome=outcome)
+    happened = () if course is None else course.finished(outcome)
+    return whole, (happened if outcome is Outcome.FINISHED else (*happened, *_ended(whole)))
+
+
+def _ended(run: Stretch) -> tuple[Event, ...]:
+    kinds = {Outcome.BLEW_UP: EventKind.BLEW_UP, Outcome.NOT_FINITE: EventKind.NOT_FINITE}
+    kind = kinds.get(run.outcome)
+    if kind is None:
+        return ()
+    return (Event(time=float(run.times[-1]), kind=kind, state=tuple(run.states[-1].tolist())),)
+
+
+def _breakpoints(inputs: Mapping[str, Input], times: np.ndarray) -> np.ndarray | None:
+    """Times strictly inside the run at which an input or its slope jumps; None where none does."""
+    first, last = times[0], times[-1]
+    found = []
+    for name, given in inputs.items():
+        if isinstance(given, Held | Interpolated):
+            short = first < given.times[0] or (isinstance(given, Interpolated) and last > given.times[-1])
+            if short:
+                raise SimulationError(
+                    f"input '{name}'",
+                    f"it is given from {given.times[0]:g} s to {given.times[-1]:g} s, the run goes from {first:g} s "
+                    f"to {last:g} s.",
+                    "Give samples for the whole run.",
+                )
+            found.append(given.times[(given.times > first) & (given.times < last)])
+    breakpoints = np.unique(np.concatenate(found)) if found else ()
+    return np.asarray(breakpoints) if len(breakpoints) else None

@@ -1,0 +1,48 @@
+"""What is kept of many runs: `Ends`, `Figures` or `Paths`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ulna.base import SimulationError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ends:
+    """Only how each run ended; figures of continuous runs, which cost time, are NaN."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Figures:
+    """Figures of every output: settling, overshoot, steady and peak error.
+
+    A sampled loop takes them at its samples. Continuous runs take them off the polynomials of their steps, to about
+    the tolerance; those that go one by one (jumps, limits, end stops, inputs that are no constants) are looked at on so
+    many intervals.
+
+    Args:
+        samples: intervals of runs that go one by one.
+    """
+
+    samples: int = 500
+
+    def __post_init__(self) -> None:
+        if self.samples < 1:
+            raise SimulationError(f"Figures(samples={self.samples})", "at least one interval is needed.")
+
+
+@dataclass(frozen=True, slots=True)
+class Paths:
+    """Figures, and the paths of some signals: `Paths("theta", "u")`.
+
+    Args:
+        names: states, outputs, estimates, commands (`u_command`), measured values (`y_measured`) and so on.
+    """
+
+    names: tuple[str, ...]
+
+    def __init__(self, *names: str) -> None:
+        object.__setattr__(self, "names", names)
+
+
+Record = Ends | Figures | Paths
