@@ -35,8 +35,8 @@ def parts_of(controller: Any) -> Parts:
     law, observer = getattr(controller, "law", None), getattr(controller, "observer", None)
     if law is None or observer is None:
         return Parts(system=whole, law=whole)
-    estimator = observer if isinstance(observer, LinearInjection) else _system(observer)
-    return Parts(system=whole, law=_system(law), observer=estimator)
+    linear = observer if isinstance(observer, LinearInjection) else getattr(observer, "linear", None)
+    return Parts(system=whole, law=_system(law), observer=_system(observer) if linear is None else linear)
 
 
 def _system(given: Any) -> System:
