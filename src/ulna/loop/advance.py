@@ -50,11 +50,11 @@ def advance(loop: Fitted) -> Kernel:
 
 
 def not_finite(values: Sequence[Scalar]) -> Scalar:
-    """0 where all are finite, else NaN: so is the difference of an infinity or a NaN with itself."""
-    total = values[0] - values[0]
+    """0 where their sum is finite, else NaN: so is the difference of an infinity or a NaN with itself."""
+    total = values[0]
     for value in values[1:]:
-        total = total + (value - value)
-    return total
+        total = total + value
+    return total - total
 
 
 def _quantised(loop: Fitted, w: Assembly, k: int, value: Scalar) -> Scalar:

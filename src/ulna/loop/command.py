@@ -62,7 +62,7 @@ def _guarded(
     loop: Fitted, w: Assembly, k: int, computed: Scalar, missed: Scalar | None, fault: Scalar
 ) -> tuple[Scalar, Scalar]:
     """(command, fault): a sample that is missed, or has a number that is not finite, holds the last command."""
-    guard, held = loop.hardware.guard, w.input(f"c{k}")
+    guard, held = loop.hardware.guard, w.input(f"h{k}_0")
     value = computed
     if guard is not None:
         fault = fault + not_finite([computed])

@@ -149,7 +149,7 @@ def request(
             targets=_targets(system, targets or {}, count),
             seeds=_seeds(seed, count),
         ),
-        threads=threads or os.cpu_count() or 1,
+        threads=1 if runs is None else threads or os.cpu_count() or 1,
     )
 
 

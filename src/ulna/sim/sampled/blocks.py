@@ -41,6 +41,7 @@ class Blocks:
         draws: slots of random numbers. streams: of a sample.
         numbers: SI values of names that hold for all runs and samples.
         tables: names that are the same for all runs at a sample. paths: slots read from samples of each run's own.
+        columns: names of what each run begins with.
     """
 
     begin: Kernel
@@ -53,13 +54,9 @@ class Blocks:
     numbers: Mapping[str, float]
     tables: tuple[str, ...]
     paths: tuple[str, ...]
+    columns: tuple[str, ...]
     jittered: bool
     states: int
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of what each run begins with."""
-        return tuple(name.removeprefix(TABLE) for name in self.begin.inputs if name.startswith(TABLE))
 
 
 def blocks(
@@ -92,6 +89,7 @@ def blocks(
         | {f"std{name.removeprefix('noise')}": 1.0 for name in paths if name.startswith("noise")},
         tables=_tables(len(wiring.references), disturbances, ramps=ramps),
         paths=paths,
+        columns=tuple(name.removeprefix(TABLE) for name in first.inputs if name.startswith(TABLE)),
         jittered=loop.hardware.jitter is not None,
         states=states,
     )

@@ -26,7 +26,7 @@ class LaneWriter:
     Within `runs()` the innermost loop goes over the runs, which the compiler makes vector code of.
 
     Args:
-        lanes: runs of a block. read: slots that somebody reads; others are not kept.
+        lanes: runs of a block. same: of slots that hold one number the one that stands for it. read: slots that somebody reads; others are not kept.
         numbers: names that hold for all runs and samples. shared: variables that are the same for all runs.
         paths: slots that are read from samples of each run's own.
     """
@@ -35,6 +35,7 @@ class LaneWriter:
         self,
         *,
         lanes: int,
+        same: Mapping[str, str],
         read: Collection[str],
         numbers: Collection[str],
         shared: Collection[str],
@@ -46,6 +47,7 @@ class LaneWriter:
         self.numbers: list[str] = []
         self._names = {name: f"paths[k, {row}, run]" for row, name in enumerate(paths)}
         self._names |= {name: f"v_{name}" for name in shared}
+        self._same = dict(same)
         self._known_numbers = frozenset(numbers)
         self.read = frozenset(read)
         self._places: dict[str, int] = {}
@@ -80,6 +82,7 @@ class LaneWriter:
 
     def at(self, name: str) -> str:
         """Where the number of this name stands."""
+        name = self._same.get(name, name)
         if name in self._known_numbers:
             if name not in self.numbers:
                 self.numbers.append(name)
@@ -114,11 +117,11 @@ class LaneWriter:
 
     def inline(self, kernel: Kernel, given: Mapping[str, str] | None = None, counted: str = "") -> None:
         """The kernel for the present run, results stored."""
-        for name, value in self.evaluated(kernel, given).items():
-            if name == counted:
-                self.line(f"{counted} += 1 if {value} != 0.0 else 0")
-            else:
-                self.line(f"{self.at(name)} = {value}")
+        found = self.evaluated(kernel, given)
+        if counted in found:
+            self.line(f"{counted} += 1 if {found.pop(counted)} != 0.0 else 0")
+        for place, value in {self.at(name): value for name, value in found.items()}.items():
+            self.line(f"{place} = {value}")
 
     def evaluated(self, kernel: Kernel, given: Mapping[str, str] | None = None) -> dict[str, str]:
         """The kernel's instructions for the present run; the names of its results."""

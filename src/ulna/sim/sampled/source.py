@@ -46,6 +46,7 @@ class _LoopWriter:
         clock = {"begun", "clock"} if made.jittered else {"begun", "clock", "time", "earlier", "span"}
         self.w = LaneWriter(
             lanes=lanes,
+            same=_same(made),
             read=_read(made) | {*self.results, *self.record, "alive"},
             numbers=made.numbers,
             shared=clock | set(made.tables),
@@ -174,18 +175,29 @@ class _LoopWriter:
                 w.line(f"results[base + l, {column}] = {w.at(name)}")
 
 
+def _same(made: Blocks) -> dict[str, str]:
+    """Of slots that begin alike and are always written together with one number, the first one."""
+    kernels = [made.begin, *made.samples, made.entries, *_kernels(made.motion)]
+    written: dict[str, list[tuple[int, int]]] = {}
+    for place, each in enumerate(kernels):
+        for name, result in zip(each.outputs, each.results, strict=True):
+            written.setdefault(name, []).append((place, result))
+    first: dict[tuple[tuple[int, int], ...], str] = {}
+    return {name: first.setdefault(tuple(places), name) for name, places in written.items()}
+
+
+def _kernels(program: Program) -> list[Kernel]:
+    """All kernels of a program."""
+    found: list[Kernel] = []
+    for each in program:
+        found += _kernels(each.body) if isinstance(each, Repeat) else [each]
+    return found
+
+
 def _read(made: Blocks) -> set[str]:
     """Slots that a later kernel or the text around them reads."""
     states = range(made.states)
     found = {"fault", "time", "span", *(f"x{k}" for k in states), *(f"was{k}" for k in states)}
-
-    def look(program: Program | tuple[Kernel, ...]) -> None:
-        for each in program:
-            if isinstance(each, Repeat):
-                look(each.body)
-            else:
-                found.update(each.inputs)
-
-    look((*made.samples, made.entries, made.check))
-    look(made.motion)
+    for each in (*made.samples, made.entries, made.check, *_kernels(made.motion)):
+        found.update(each.inputs)
     return found

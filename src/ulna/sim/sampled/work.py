@@ -58,7 +58,9 @@ def work(
     side = lanes or (1 if runs == 1 or engine.device is not None else LANES)
     made = prepared(loop, engine, shape_of(loop, starts.inputs), starts.controller, lanes=side, record=record)
     results = np.zeros((runs, len(HEAD) + len(made.results)))
-    kept = np.full((len(made.record), runs, count + 1), np.nan) if made.record else np.zeros((1, 1, 1))
+    kept = np.empty((len(made.record), runs, count + 1) if made.record else (1, 1, 1))
+    if runs > 1:
+        kept.fill(np.nan)
     arrays = (
         made.numbers,
         begin_table(loop, made, starts),
