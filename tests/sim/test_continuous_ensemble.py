@@ -12,8 +12,9 @@ import sympy as sp
 from scipy.linalg import expm
 
 from ulna.base import SimulationError
+from ulna.loop import EndStop, Hardware, Loop, Saturation
 from ulna.program import FlowSeries, to_python
-from ulna.sim import Continuous, EndStop, EnsembleResult, Outcome, Saturation, Settling, run_ensemble, simulate
+from ulna.sim import Ends, Ensemble, Figures, Outcome, Settling, Taylor, simulate
 from ulna.sim.continuous import ensemble as engine
 from ulna.symbolic.compiling import kernel
 from ulna.system import System, system_from_mapping
@@ -31,14 +32,14 @@ RANDOM = np.random.default_rng(3)
 W, D = RANDOM.uniform(3, 8, 300), RANDOM.uniform(0.2, 2, 300)
 
 
-def oscillators(runs: slice = slice(None), **how: Any) -> EnsembleResult:
+def oscillators(runs: slice = slice(None), **how: Any) -> Ensemble:
     parameters = {"w": W[runs], "d": D[runs]}
-    given: dict[str, Any] = {"parameters": parameters, "threads": 1, "time": Continuous(), "samples": 1} | how
-    return run_ensemble(OSCILLATOR, [1.0, 0.0], 12.0, **given)
+    given: dict[str, Any] = {"parameters": parameters, "threads": 1, "record": Figures(samples=1)} | how
+    return simulate(OSCILLATOR, [1.0, 0.0], 12.0, **given)
 
 
-def equal_bits(one: EnsembleResult, other: EnsembleResult, rows: slice = slice(None)) -> bool:
-    arrays = [f.name for f in fields(EnsembleResult) if isinstance(getattr(one, f.name), np.ndarray)]
+def equal_bits(one: Ensemble, other: Ensemble, rows: slice = slice(None)) -> bool:
+    arrays = [f.name for f in fields(Ensemble) if isinstance(getattr(one, f.name), np.ndarray)]
     return all(getattr(one, name)[rows].tobytes() == getattr(other, name).tobytes() for name in arrays)
 
 
@@ -59,13 +60,14 @@ def test_coefficients_of_a_flow_are_those_of_its_solution() -> None:
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10, 1e-13])
 def test_ends_are_those_of_the_matrix_exponential_to_the_tolerance(tolerance: float) -> None:
     for horizon in (0.3, 2.0, 12.0):
-        many = run_ensemble(
+        many = simulate(
             OSCILLATOR,
             [1.0, 0.0],
             horizon,
-            time=Continuous(tolerance=tolerance),
+            engine=Taylor(tolerance=tolerance),
             parameters={"w": W, "d": D},
             inputs={"u": D},
+            record=Ends(),
         )
         for k in range(0, 300, 30):
             matrix = np.array([[0, 1, 0], [-(W[k] ** 2), -2 * D[k], D[k]], [0, 0, 0]])
@@ -93,15 +95,15 @@ def test_settling_is_the_last_entry_into_the_band() -> None:
 
 
 def test_a_loose_tolerance_with_its_long_steps_misses_no_excursion() -> None:
-    loose = oscillators(time=Continuous(tolerance=1e-6))
-    exact = oscillators(time=Continuous(tolerance=1e-14))
+    loose = oscillators(engine=Taylor(tolerance=1e-6))
+    exact = oscillators(engine=Taylor(tolerance=1e-14))
     np.testing.assert_allclose(loose.overshoot[:, 0], exact.overshoot[:, 0], atol=1e-6)
     # An excursion that is barely one moves its ends by the root of the error.
     np.testing.assert_allclose(loose.settling_time[:, 0], exact.settling_time[:, 0], atol=1e-5)
 
 
 def test_an_output_on_its_target_all_the_time_has_no_way_to_go() -> None:
-    still = run_ensemble(OSCILLATOR, [0.0, 0.0], 1.0, time=Continuous(), samples=1)
+    still = simulate(OSCILLATOR, [[0.0, 0.0]], 1.0, record=Figures(samples=1))
     assert np.isnan(still.settling_time).all()
     assert np.isnan(still.overshoot).all()
     assert (still.peak_error == 0.0).all()
@@ -109,7 +111,7 @@ def test_an_output_on_its_target_all_the_time_has_no_way_to_go() -> None:
 
 def test_an_output_that_ends_outside_its_band_has_not_settled() -> None:
     drifting = system_from_mapping({"states": {"x": "1 + 0*x"}, "outputs": {"y": "x"}})
-    there = run_ensemble(drifting, [[-2.0], [-1.0]], 1.0, time=Continuous(), samples=1)
+    there = simulate(drifting, [[-2.0], [-1.0]], 1.0, record=Figures(samples=1))
     assert there.settling_time[0, 0] == math.inf
     # x = t − 1 enters |x| ≤ 0.02 at 0.98.
     assert there.settling_time[1, 0] == pytest.approx(0.98, abs=1e-14)
@@ -129,34 +131,35 @@ def test_company_changes_no_bit(monkeypatch: pytest.MonkeyPatch, chunk: int, loo
 
 def test_a_run_that_blows_up_or_stops_being_finite_is_one_result_among_others() -> None:
     wild = system_from_mapping({"states": {"x": "x^2 - sqrt(3 - x)*0"}, "outputs": {"y": "x"}})
-    many = run_ensemble(wild, [[-1.0], [2.0], [0.5]], 1.0, time=Continuous(bound=2.5), samples=10)
+    many = simulate(wild, [[-1.0], [2.0], [0.5]], 1.0, engine=Taylor(bound=2.5), record=Figures(samples=10))
     assert many.outcome(1) is Outcome.BLEW_UP
     # x = 1 / (1/2 − t).
     assert many.end_time[1] == pytest.approx(0.5 - 0.4, abs=1e-12)
     np.testing.assert_allclose(many.final_state[[0, 2], 0], [-0.5, 1.0], rtol=1e-12)
     draining = system_from_mapping({"states": {"x": "-sqrt(x) - 1"}, "outputs": {"y": "x"}})
-    ended = run_ensemble(draining, [[1.0], [900.0]], 1.0, time=Continuous())
+    ended = simulate(draining, [[1.0], [900.0]], 1.0, record=Ends())
     assert ended.outcome(0) is Outcome.NOT_FINITE
     assert ended.outcome(1) is Outcome.FINISHED
 
 
 def test_few_steps_are_one_result_too() -> None:
-    short = run_ensemble(OSCILLATOR, [1.0, 0.0], 12.0, time=Continuous(maximum_steps=3))
+    short = simulate(OSCILLATOR, [[1.0, 0.0]], 12.0, engine=Taylor(maximum_steps=3), record=Ends())
     assert short.outcome(0) is Outcome.STEP_LIMIT
 
 
 @pytest.mark.parametrize(
     "settings",
     [
-        Continuous(saturation=Saturation(lower=-1.0, upper=1.0)),
-        Continuous(end_stops=(EndStop(position="x", velocity="v", lower=-0.2, restitution=0.5),)),
+        Hardware(saturation=Saturation(lower=-1.0, upper=1.0)),
+        Hardware(end_stops=(EndStop(position="x", velocity="v", lower=-0.2, restitution=0.5),)),
     ],
 )
-def test_loops_with_limits_and_walls_have_the_ends_of_single_runs(settings: Continuous) -> None:
+def test_loops_with_limits_and_walls_have_the_ends_of_single_runs(settings: Hardware) -> None:
     force = np.array([0.5, 3.0, -3.0])
-    many = run_ensemble(OSCILLATOR, [1.0, 0.0], 5.0, time=settings, inputs={"u": force}, samples=50)
+    loop = Loop(plant=OSCILLATOR, hardware=settings)
+    many = simulate(loop, [1.0, 0.0], 5.0, inputs={"u": force}, record=Figures(samples=50))
     for k, value in enumerate(force):
-        one = simulate(OSCILLATOR, [1.0, 0.0], np.linspace(0, 5, 51), time=settings, inputs={"u": value})
+        one = simulate(loop, [1.0, 0.0], np.linspace(0, 5, 51), inputs={"u": value})
         assert np.array_equal(many.final_state[k], one.final_state)
 
 
@@ -164,13 +167,13 @@ def test_a_plant_too_long_to_be_compiled_runs_one_by_one(monkeypatch: pytest.Mon
     from ulna.sim.continuous import lane_step
 
     other = System(**{f.name: getattr(OSCILLATOR, f.name) for f in fields(System)})
-    quick = run_ensemble(other, [1.0, 0.0], 2.0, time=Continuous(bound=1e9))
+    quick = simulate(other, [[1.0, 0.0]], 2.0, engine=Taylor(bound=1e9), record=Ends())
     monkeypatch.setattr(lane_step, "LARGEST", 5)
-    slow = run_ensemble(other, [1.0, 0.0], 2.0, time=Continuous(bound=1e10))
+    slow = simulate(other, [[1.0, 0.0]], 2.0, engine=Taylor(bound=1e10), record=Ends())
     np.testing.assert_allclose(slow.final_state, quick.final_state, atol=1e-12)
 
 
 def test_a_staircase_is_refused_in_plain_words() -> None:
     stairs = system_from_mapping({"states": {"x": "-floor(x)"}, "outputs": {"y": "x"}})
     with pytest.raises(SimulationError, match="staircase"):
-        run_ensemble(stairs, [[1.0]], 1.0, time=Continuous())
+        simulate(stairs, [[1.0]], 1.0)

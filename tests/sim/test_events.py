@@ -8,23 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from event_plants import BALL, GRID, SPRING, k, stop, system, u, v, x
+from event_plants import BALL, GRID, SPRING, k, limited, stopped, system, u, v, x
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from ulna.base import UlnaError
-from ulna.sim import (
-    TIME,
-    Continuous,
-    Crossing,
-    Direction,
-    EndStop,
-    EventKind,
-    Outcome,
-    Saturation,
-    Settling,
-    simulate,
-)
+from ulna.loop import EndStop, Hardware, Saturation
+from ulna.sim import TIME, Crossing, Direction, EventKind, Outcome, Settling, simulate
 from ulna.system import Parameter
 
 
@@ -139,9 +129,9 @@ def test_blowing_up_is_an_event_too() -> None:
 
 
 def test_the_same_events_come_out_of_every_grid() -> None:
-    wall = stop(lower=0.0, restitution=0.6)
-    coarse = simulate(BALL, (1.0, 0.0), 3.0, time=wall)
-    fine = simulate(BALL, (1.0, 0.0), np.linspace(0, 3, 3001), time=wall)
+    ball = stopped(BALL, lower=0.0, restitution=0.6)
+    coarse = simulate(ball, (1.0, 0.0), 3.0)
+    fine = simulate(ball, (1.0, 0.0), np.linspace(0, 3, 3001))
     assert len(coarse.events) == len(fine.events)
     np.testing.assert_allclose([e.time for e in coarse.events], [e.time for e in fine.events], atol=1e-12)
 
@@ -153,25 +143,26 @@ def test_the_same_events_come_out_of_every_grid() -> None:
         ({"events": [Crossing(name="e", expression=sp.Symbol("w", real=True))]}, "event 'e' of 'plant': .*uses w"),
         ({"events": [Crossing(name="e", expression=sp.Symbol("x"))]}, "symbols are real"),
         ({"events": [Settling(output="w")]}, "settling of 'w': there is no such output. Known: x, v"),
-        ({"time": stop(lower=0.5)}, "x = 0 does not lie between 0.5 and inf"),
+        ({"end_stops": (EndStop(position="x", velocity="v", lower=0.5),)}, "x = 0 does not lie between 0.5 and inf"),
         (
-            {"time": Continuous(end_stops=(EndStop(position="w", velocity="v", upper=1.0),))},
+            {"end_stops": (EndStop(position="w", velocity="v", upper=1.0),)},
             "it has no state w. Its states: x, v",
         ),
         (
-            {"time": Continuous(end_stops=(EndStop(position="v", velocity="x", upper=1.0),))},
+            {"end_stops": (EndStop(position="v", velocity="x", upper=1.0),)},
             r"v' = .* does not stand still with x = 0",
         ),
         (
-            {"time": Continuous(saturation={"w": Saturation(lower=-1, upper=1)})},
-            "saturation of 'w' in 'plant'.*can be limited: u",
+            {"saturation": {"w": Saturation(lower=-1, upper=1)}},
+            "no signal w there. Known: u",
         ),
     ],
 )
 def test_wrong_events_are_refused_in_plain_words(arguments: dict, message: str) -> None:
     plant = system({"x": v, "v": u - k * x - 1}, inputs="u", k=2)
+    events = arguments.pop("events", ())
     with pytest.raises(UlnaError, match=message):
-        simulate(plant, **{"initial": (0.0, 0.0), "times": 2.0, **arguments})
+        simulate(limited(plant, **arguments), (0.0, 0.0), 2.0, events=events)
 
 
 @pytest.mark.parametrize(
@@ -182,7 +173,7 @@ def test_wrong_events_are_refused_in_plain_words(arguments: dict, message: str) 
         lambda: Saturation(lower=1.0, upper=-1.0),
         lambda: Settling(output="x", fraction=0.0),
         lambda: Settling(output="x", target=math.nan),
-        lambda: Continuous(end_stops=(EndStop(position="x", velocity="v", upper=1.0),) * 2),
+        lambda: Hardware(end_stops=(EndStop(position="x", velocity="v", upper=1.0),) * 2),
     ],
 )
 def test_rules_that_make_no_sense_are_refused(make: object) -> None:
@@ -192,4 +183,4 @@ def test_rules_that_make_no_sense_are_refused(make: object) -> None:
 
 def test_a_plant_without_inputs_cannot_be_limited() -> None:
     with pytest.raises(UlnaError, match="no inputs"):
-        simulate(SPRING, (1.0, 0.0), 1.0, time=Continuous(saturation=Saturation(lower=-1, upper=1)))
+        simulate(limited(SPRING, saturation=Saturation(lower=-1, upper=1)), (1.0, 0.0), 1.0)

@@ -7,25 +7,19 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
-from event_plants import GRID, loop_of, system, times, u, v, x
+from event_plants import GRID, limited, loop_of, system, times, u, v, x
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import ulna
-from ulna.sim import (
-    TIME,
-    Continuous,
-    EndStop,
-    EventKind,
-    Saturation,
-    simulate,
-)
+from ulna.loop import EndStop, Hardware, Loop, Saturation
+from ulna.sim import TIME, EventKind, simulate
 
 
 def test_a_saturated_double_integrator_switches_at_the_instants_of_the_closed_form() -> None:
-    loop = loop_of(-x - v)
+    loop = loop_of(-x - v, saturation={"u": Saturation(lower=-1, upper=1)})
     grid = np.linspace(0, 20, 201)
-    run = simulate(loop, (10.0, 0.0), grid, time=Continuous(saturation={"u": Saturation(lower=-1, upper=1)}))
+    run = simulate(loop, (10.0, 0.0), grid)
     # u = −1 from x = 10: x = 10 − t²/2, v = −t, the command −x − v = −1 at t² − … = 0.
     left = -1 + math.sqrt(1 + 2 * 9)
     kinds = [event.kind for event in run.events]
@@ -59,8 +53,8 @@ def test_a_saturated_double_integrator_switches_at_the_instants_of_the_closed_fo
 
 def test_a_spring_that_saturates_keeps_its_energy() -> None:
     # The force −sat(4 x) has the potential 2 x² within 1/4 and |x| − 1/8 beyond.
-    loop = loop_of(-4 * x)
-    run = simulate(loop, (3.0, 0.5), np.linspace(0, 60, 601), time=Continuous(saturation=Saturation(lower=-1, upper=1)))
+    loop = loop_of(-4 * x, saturation=Saturation(lower=-1, upper=1))
+    run = simulate(loop, (3.0, 0.5), np.linspace(0, 60, 601))
     place = np.abs(run["x"])
     energy = run["v"] ** 2 / 2 + np.where(place < 0.25, 2 * place**2, place - 0.125)
     assert len(run.events) > 20
@@ -68,9 +62,9 @@ def test_a_spring_that_saturates_keeps_its_energy() -> None:
 
 
 def test_a_saturated_loop_agrees_with_scipy_restarted_at_every_switch() -> None:
-    loop = loop_of(-4 * sp.sin(x) - v / 2)
+    loop = loop_of(-4 * sp.sin(x) - v / 2, saturation=Saturation(lower=-0.5, upper=0.7))
     grid = np.linspace(0, 15, 151)
-    run = simulate(loop, (2.0, 0.0), grid, time=Continuous(saturation=Saturation(lower=-0.5, upper=0.7)))
+    run = simulate(loop, (2.0, 0.0), grid)
 
     def command(z: np.ndarray) -> float:
         return -4 * math.sin(z[0]) - z[1] / 2
@@ -96,11 +90,10 @@ def test_a_saturated_loop_agrees_with_scipy_restarted_at_every_switch() -> None:
 
 def test_a_limited_input_of_a_plant_is_clipped_exactly() -> None:
     run = simulate(
-        system({"x": u}, inputs="u"),
+        limited(system({"x": u}, inputs="u"), saturation=Saturation(lower=-1, upper=math.inf)),
         [0.0],
         GRID,
         inputs={"u": 2 * sp.sin(TIME)},
-        time=Continuous(saturation=Saturation(lower=-1, upper=math.inf)),
     )
     edges = [7 * math.pi / 6, 11 * math.pi / 6]
     assert [event.time for event in run.events] == [pytest.approx(edges[0], abs=1e-14)]
@@ -113,23 +106,23 @@ def test_the_observer_of_a_closed_loop_reads_the_limited_input() -> None:
     arm = ulna.model("one_link_arm").with_values()
     law = ulna.state_feedback(ulna.controller_form(arm), ulna.Poles("-2+2*sqrt(3)*j", "-2-2*sqrt(3)*j", -8))
     observer = ulna.exact_observer(ulna.observer_form(arm), ulna.Poles(-9, -10, -11))
-    loop = ulna.close_loop(arm, ulna.compensator(law, observer)).system
-    tight = Continuous(saturation={"u": Saturation(lower=-15, upper=15)})
-    run = simulate(loop, (1, 0, 0, 0, 0, 0), GRID, time=tight)
+    compensator = ulna.compensator(law, observer)
+    tight = Hardware(saturation={"u": Saturation(lower=-15, upper=15)})
+    run = simulate(Loop(plant=arm, controller=compensator, hardware=tight), (1, 0, 0), GRID)
     assert times(run, EventKind.SATURATION_ENTERED)
     assert abs(run["u"]).max() == 15.0
     # The error of the exact observer obeys a linear equation whatever the input, if it is told the input.
-    free = simulate(loop, (1, 0, 0, 0, 0, 0), GRID)
+    free = simulate(Loop(plant=arm, controller=compensator), (1, 0, 0, 0, 0, 0), GRID)
     assert abs(free["u"]).max() > 20.0
     np.testing.assert_allclose(run["theta_hat"] - run["theta"], free["theta_hat"] - free["theta"], atol=1e-11)
 
 
 def test_limits_that_are_never_reached_change_nothing() -> None:
-    loop = loop_of(-x - v)
-    wide = Continuous(
+    wide = loop_of(
+        -x - v,
         saturation={"u": Saturation(lower=-100, upper=100)},
         end_stops=(EndStop(position="x", velocity="v", lower=-50.0, upper=50.0),),
     )
-    run = simulate(loop, (10.0, 0.0), GRID, time=wide)
-    np.testing.assert_allclose(run.states, simulate(loop, (10.0, 0.0), GRID).states, atol=1e-12)
+    run = simulate(wide, (10.0, 0.0), GRID)
+    np.testing.assert_allclose(run.states, simulate(loop_of(-x - v), (10.0, 0.0), GRID).states, atol=1e-12)
     assert run.events == ()

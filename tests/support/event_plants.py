@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
-from ulna.sim import Continuous, EndStop, EventKind, Trajectory
-from ulna.system import Definition, Parameter, Signal, System
+from ulna.loop import EndStop, Hardware, Loop
+from ulna.sim import EventKind, Trajectory
+from ulna.system import Parameter, Signal, System
 
 x, v, u, k = sp.symbols("x v u k", real=True)
 GRID = np.linspace(0.0, 5.0, 101)
@@ -28,21 +29,24 @@ def system(rates: dict[str, object], *, inputs: str = "", **parameters: object) 
     )
 
 
-def loop_of(command: sp.Expr) -> System:
-    """A double integrator with its input wired to a command, as `close_loop` does."""
-    plant = system({"x": v, "v": x})
-    wire = Definition(name="plant_u", expression=command)
-    return replace(
-        plant,
-        rates=(v, wire.symbol),
-        definitions=(wire,),
-        outputs=(*plant.outputs, Signal(name="u")),
-        readouts=(*plant.readouts, wire.symbol),
+def loop_of(command: sp.Expr, **hardware: Any) -> Loop:
+    """A double integrator with its input driven by a command that reads the states."""
+    signals = (Signal(name="x"), Signal(name="v"))
+    law = System(
+        name="law", states=(), rates=(), inputs=signals, outputs=(Signal(name="u", unit="V"),), readouts=(command,)
     )
+    plant = system({"x": v, "v": u}, inputs="u")
+    return Loop(plant=plant, controller=law, hardware=Hardware(**hardware) if hardware else None)
 
 
-def stop(**given: float) -> Continuous:
-    return Continuous(end_stops=(EndStop(position="x", velocity="v", **given),))
+def limited(plant: System, **hardware: Any) -> Loop:
+    """The plant alone with limits."""
+    return Loop(plant=plant, hardware=Hardware(**hardware))
+
+
+def stopped(plant: System, **given: float) -> Loop:
+    """The plant between walls of x."""
+    return limited(plant, end_stops=(EndStop(position="x", velocity="v", **given),))
 
 
 def times(run: Trajectory, kind: EventKind) -> list[float]:

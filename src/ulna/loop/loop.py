@@ -47,6 +47,7 @@ class Loop:
 
     def __post_init__(self) -> None:
         if self.controller is None:
+            _ = self.saturation
             if self.sampled:
                 raise SimulationError(
                     f"loop of '{self.plant.name}'", "a period is given and no controller.", "Give controller=..."
@@ -91,6 +92,10 @@ class Loop:
         given = None if self.hardware is None else self.hardware.saturation
         signals = self.plant.inputs if self.controller is None else self.wiring.driven
         names = [s.name for s in signals]
+        if given is not None and not names:
+            raise SimulationError(
+                f"saturation of '{self.plant.name}'", "it has no inputs.", "Leave Hardware(saturation=...) out."
+            )
         if given is None or isinstance(given, Saturation):
             return {} if given is None else dict.fromkeys(names, given)
         unknown = [name for name in given if name not in names]

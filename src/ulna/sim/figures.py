@@ -18,7 +18,7 @@ FIGURE_NAMES = ("settling_time", "overshoot", "steady_error", "peak_error")
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OutputFigures:
-    """Figures of outputs, arrays of one shape, in SI. NaN: does not apply, the output started on its target.
+    """Figures of outputs, numbers or arrays of one shape, in SI. NaN: does not apply, the output started on its target.
 
     Attributes:
         overshoot: farthest beyond the target as a fraction of the way; 0 where it never passes the target.
@@ -26,10 +26,10 @@ class OutputFigures:
         steady_error: last value − target. peak_error: largest |value − target|.
     """
 
-    overshoot: np.ndarray
-    settling_time: np.ndarray
-    steady_error: np.ndarray
-    peak_error: np.ndarray
+    overshoot: Any
+    settling_time: Any
+    steady_error: Any
+    peak_error: Any
 
 
 def output_figures(

@@ -8,30 +8,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
+from sampled_loops import run_loop
 from scipy.linalg import expm
 
 from ulna.base import SimulationError
-from ulna.sim import (
+from ulna.loop import (
     TIME,
     ConditionalIntegration,
     EndStop,
     Euler,
-    EventKind,
     ExactHold,
-    Formula,
-    Held,
-    Interpolated,
     Jitter,
     MeasurementNoise,
     MissedSamples,
-    Outcome,
     Quantiser,
     RungeKutta4,
-    Sampled,
     Saturation,
     SlewLimit,
-    simulate,
 )
+from ulna.sim import EventKind, Formula, Held, Interpolated, Outcome, simulate
 from ulna.system import LinearInjection, System, system_from_mapping
 
 
@@ -75,38 +70,38 @@ def _order(errors: list[float]) -> float:
 
 
 def test_a_held_input_moves_a_lag_as_its_closed_form_says() -> None:
-    run = simulate(LAG, [0.5], 1.0, time=Sampled(controller=PASS, period=0.01, references={"r": 2.0}))
+    run = run_loop(LAG, [0.5], 1.0, {"controller": PASS, "period": 0.01, "references": {"r": 2.0}})
     np.testing.assert_allclose(run["x"], 2.0 - 1.5 * np.exp(-run.times), rtol=0, atol=2e-10)
     assert len(run.times) == 101
     assert (run["u"] == 2.0).all()
 
 
 def test_a_static_law_on_an_integrator_gives_the_discrete_closed_form() -> None:
-    run = simulate(INTEGRATOR, [1.0], 1.0, time=Sampled(controller=GAIN, period=0.05))
+    run = run_loop(INTEGRATOR, [1.0], 1.0, {"controller": GAIN, "period": 0.05})
     np.testing.assert_allclose(run["x"], (1 - 2 * 0.05) ** np.arange(21), rtol=1e-13)
 
 
 @pytest.mark.parametrize("periods", [0.4, 1.0, 2.0, 2.5])
 def test_a_delay_shifts_the_input(periods: float) -> None:
     h = 0.1
-    settings = Sampled(controller=PASS, period=h, delay=periods * h, references={"r": 1.0})
-    run = simulate(INTEGRATOR, [0.0], 1.0, time=settings)
+    settings = {"controller": PASS, "period": h, "delay": periods * h, "references": {"r": 1.0}}
+    run = run_loop(INTEGRATOR, [0.0], 1.0, settings)
     np.testing.assert_allclose(run["x"], np.maximum(0.0, run.times - periods * h), atol=1e-13)
 
 
 def test_only_the_sample_times_asked_for_are_handed_back() -> None:
-    settings = Sampled(controller=GAIN, period=0.01)
-    every = simulate(INTEGRATOR, [1.0], 1.0, time=settings)
-    some = simulate(INTEGRATOR, [1.0], np.linspace(0, 1, 11), time=settings)
+    settings = {"controller": GAIN, "period": 0.01}
+    every = run_loop(INTEGRATOR, [1.0], 1.0, settings)
+    some = run_loop(INTEGRATOR, [1.0], np.linspace(0, 1, 11), settings)
     assert np.array_equal(some.states, every.states[::10])
     assert np.array_equal(some["u_command"], every["u_command"][::10])
     with pytest.raises(SimulationError, match="no multiple of the period"):
-        simulate(INTEGRATOR, [1.0], [0.0, 0.0153, 1.0], time=settings)
+        run_loop(INTEGRATOR, [1.0], [0.0, 0.0153, 1.0], settings)
 
 
 def test_saturation_cuts_the_command_and_says_when() -> None:
-    settings = Sampled(controller=GAIN, period=0.1, saturation=Saturation(lower=-1.0, upper=1.0))
-    run = simulate(INTEGRATOR, [1.0], 2.0, time=settings)
+    settings = {"controller": GAIN, "period": 0.1, "saturation": Saturation(lower=-1.0, upper=1.0)}
+    run = run_loop(INTEGRATOR, [1.0], 2.0, settings)
     assert run["u"].min() == -1.0
     assert run["u_command"].min() == -2.0
     # x falls by 0.1 a sample until 2 x ≤ 1.
@@ -118,14 +113,14 @@ def test_saturation_cuts_the_command_and_says_when() -> None:
 
 
 def test_a_slew_limit_bounds_every_change() -> None:
-    settings = Sampled(controller=PASS, period=0.1, slew=SlewLimit(rate=2.0), references={"r": 1.0})
-    run = simulate(INTEGRATOR, [0.0], 1.0, time=settings)
+    settings = {"controller": PASS, "period": 0.1, "slew": SlewLimit(rate=2.0), "references": {"r": 1.0}}
+    run = run_loop(INTEGRATOR, [0.0], 1.0, settings)
     np.testing.assert_allclose(run["u"], np.minimum(1.0, 0.2 * np.arange(1, 12)), atol=1e-14)
 
 
 def test_a_quantiser_gives_the_nearest_multiple_of_its_step() -> None:
-    ramp = Sampled(controller=GAIN, period=0.01, sensors=Quantiser(step=0.125, lower=-0.5, upper=0.75))
-    run = simulate(INTEGRATOR, [1.0], 3.0, time=ramp, inputs={"d": Formula(expression=-TIME)})
+    ramp = {"controller": GAIN, "period": 0.01, "sensors": Quantiser(step=0.125, lower=-0.5, upper=0.75)}
+    run = run_loop(INTEGRATOR, [1.0], 3.0, ramp, inputs={"d": Formula(expression=-TIME)})
     expected = np.clip(0.125 * np.floor(run["x"] / 0.125 + 0.5), -0.5, 0.75)
     np.testing.assert_allclose(run["y_measured"], expected, atol=1e-15)
     np.testing.assert_array_equal(run["u_command"], -2.0 * run["y_measured"])
@@ -137,14 +132,14 @@ def test_converters_have_the_right_steps() -> None:
 
 
 def test_disturbances_enter_as_formula_ramp_and_steps() -> None:
-    idle = Sampled(controller=PASS, period=0.1, references={"r": 0.0})
-    wave = simulate(INTEGRATOR, [0.0], 2.0, time=idle, inputs={"d": Formula(expression=sp.cos(TIME))})
+    idle = {"controller": PASS, "period": 0.1, "references": {"r": 0.0}}
+    wave = run_loop(INTEGRATOR, [0.0], 2.0, idle, inputs={"d": Formula(expression=sp.cos(TIME))})
     np.testing.assert_allclose(wave["x"], np.sin(wave.times), atol=1e-7)
     grid = np.linspace(0, 2, 21)
-    ramp = simulate(INTEGRATOR, [0.0], 2.0, time=idle, inputs={"d": Interpolated(times=grid, values=grid)})
+    ramp = run_loop(INTEGRATOR, [0.0], 2.0, idle, inputs={"d": Interpolated(times=grid, values=grid)})
     np.testing.assert_allclose(ramp["x"], ramp.times**2 / 2, atol=1e-13)
     steps = Held(times=np.array([0.0, 1.0]), values=np.array([1.0, -1.0]))
-    held = simulate(INTEGRATOR, [0.0], 2.0, time=idle, inputs={"d": steps})
+    held = run_loop(INTEGRATOR, [0.0], 2.0, idle, inputs={"d": steps})
     np.testing.assert_allclose(held["x"], 1 - np.abs(1 - held.times), atol=1e-13)
 
 
@@ -157,8 +152,8 @@ def test_a_discretised_filter_converges_at_its_order(discretisation: Euler | Run
     lone = _system("decay", states={"x": "-x + 0*u"}, inputs={"u": {}}, outputs={"y": "x"})
     errors = []
     for count in (10, 20, 40, 80):
-        settings = Sampled(controller=FILTER, period=1.0 / count, discretisation=discretisation, plant_steps=8)
-        run = simulate(lone, [1.0], 1.0, time=settings)
+        settings = {"controller": FILTER, "period": 1.0 / count, "discretisation": discretisation, "number": 8}
+        run = run_loop(lone, [1.0], 1.0, settings)
         exact = (np.exp(-run.times) - np.exp(-3 * run.times)) / 2
         errors.append(float(np.abs(run["f"] - exact).max()))
     assert _order(errors) == pytest.approx(order, abs=0.15)
@@ -168,14 +163,14 @@ def test_a_discretised_filter_converges_at_its_order(discretisation: Euler | Run
 def test_the_exact_hold_converges_at_its_order(interpolate: bool, order: int) -> None:
     errors = []
     for count in (50, 100, 200):
-        settings = Sampled(
-            controller=_system("off", inputs={"q": {}}, outputs={"u": "0*q"}),
-            estimator=_injected(),
-            period=2.0 / count,
-            discretisation=ExactHold(interpolate=interpolate),
-            plant_steps=4,
-        )
-        run = simulate(ARM, [1.0, 0.0], 2.0, time=settings)
+        settings = {
+            "controller": _system("off", inputs={"q": {}}, outputs={"u": "0*q"}),
+            "estimator": _injected(),
+            "period": 2.0 / count,
+            "discretisation": ExactHold(interpolate=interpolate),
+            "number": 4,
+        }
+        run = run_loop(ARM, [1.0, 0.0], 2.0, settings)
         exact = _observer_alone(run.times)
         errors.append(float(np.abs(run["v_hat"] - exact).max()))
     assert _order(errors) == pytest.approx(order, abs=0.2)
@@ -192,7 +187,7 @@ def _observer_alone(times: np.ndarray) -> np.ndarray:
 
 
 def test_the_exact_hold_is_exact_where_what_is_injected_is_a_straight_line() -> None:
-    from ulna.sim.sampled.constants import held_matrices
+    from ulna.loop.fitted import held_matrices
 
     F = np.array([[-8.0, 1.0], [-20.0, 0.0]])
     phi, g0, g1 = held_matrices(F, 0.05, interpolate=True)
@@ -227,8 +222,13 @@ def test_the_sampled_loop_goes_to_the_continuous_one_at_first_order(
     )
     errors = []
     for count in (200, 400, 800):
-        settings = Sampled(controller=LAW, estimator=_injected(), period=2.0 / count, discretisation=discretisation)
-        run = simulate(ARM, [1.0, 0.0], 2.0, time=settings)
+        settings = {
+            "controller": LAW,
+            "estimator": _injected(),
+            "period": 2.0 / count,
+            "discretisation": discretisation,
+        }
+        run = run_loop(ARM, [1.0, 0.0], 2.0, settings)
         exact = simulate(loop, [1.0, 0.0, 0.0, 0.0], run.times).states[:, :2]
         errors.append(float(np.abs(run.states - exact).max()))
     assert _order(errors) == pytest.approx(1.0, abs=0.15)
@@ -238,15 +238,15 @@ def test_an_estimator_sees_the_limited_input() -> None:
     estimator = _system("model", states={"m": "u + 0*y"}, inputs={"u": {}, "y": {}}, outputs={"x_hat": "m"})
     law = _system("strong", inputs={"x": {}, "r": {}}, outputs={"u": "10*(r - x)"})
     plant = _system("plant", states={"x": "u"}, inputs={"u": {}}, outputs={"y": "x"})
-    settings = Sampled(
-        controller=law,
-        estimator=estimator,
-        period=0.01,
-        delay=0.013,
-        saturation=Saturation(lower=-1.0, upper=1.0),
-        references={"r": 1.0},
-    )
-    run = simulate(plant, [0.0], 3.0, time=settings)
+    settings = {
+        "controller": law,
+        "estimator": estimator,
+        "period": 0.01,
+        "delay": 0.013,
+        "saturation": Saturation(lower=-1.0, upper=1.0),
+        "references": {"r": 1.0},
+    }
+    run = run_loop(plant, [0.0], 3.0, settings)
     np.testing.assert_allclose(run["x_hat"], run["x"], atol=1e-12)
     assert run["u_command"].max() == 10.0
 
@@ -262,16 +262,16 @@ def test_conditional_integration_overshoots_less(discretisation: Euler | RungeKu
     estimator = LinearInjection(system=filtered, matrix=matrix, injection=(y,), start=(f_hat,))
     peaks = []
     for anti_windup in (None, ConditionalIntegration(states=("e_int",))):
-        settings = Sampled(
-            controller=law,
-            estimator=estimator,
-            period=0.01,
-            discretisation=discretisation,
-            saturation=Saturation(lower=-1.2, upper=1.2),
-            references={"r": 1.0},
-            anti_windup=anti_windup,
-        )
-        run = simulate(plant, [0.0], 10.0, time=settings)
+        settings = {
+            "controller": law,
+            "estimator": estimator,
+            "period": 0.01,
+            "discretisation": discretisation,
+            "saturation": Saturation(lower=-1.2, upper=1.2),
+            "references": {"r": 1.0},
+            "anti_windup": anti_windup,
+        }
+        run = run_loop(plant, [0.0], 10.0, settings)
         peaks.append(run["x"].max())
         assert run["x"][-1] == pytest.approx(1.0, abs=1e-3)
         frozen = (np.diff(run["e_int"]) == 0.0) & (run["u_command"][1:] > 1.2)
@@ -282,36 +282,36 @@ def test_conditional_integration_overshoots_less(discretisation: Euler | RungeKu
 def test_an_end_stop_holds_the_position_and_is_noted() -> None:
     ball = _system("ball", states={"h": "v", "v": "-10 + u"}, inputs={"u": {}}, outputs={"y": "h"})
     wall = EndStop(position="h", velocity="v", lower=0.0)
-    settings = Sampled(controller=PASS, period=0.001, references={"r": 0.0}, end_stops=(wall,))
-    run = simulate(ball, [0.5, 0.0], 1.0, time=settings)
+    settings = {"controller": PASS, "period": 0.001, "references": {"r": 0.0}, "end_stops": (wall,)}
+    run = run_loop(ball, [0.5, 0.0], 1.0, settings)
     assert run["h"].min() == 0.0
     assert run.final_state.tolist() == [0.0, 0.0]
     entered = next(e for e in run.events if e.kind is EventKind.END_STOP_ENTERED)
     assert entered.time == pytest.approx(math.sqrt(0.1), abs=1.1e-3)
-    elastic = Sampled(
-        controller=PASS,
-        period=0.001,
-        references={"r": 0.0},
-        end_stops=(EndStop(position="h", velocity="v", lower=0.0, restitution=0.5),),
-    )
-    bounced = simulate(ball, [0.5, 0.0], 1.0, time=elastic)
+    elastic = {
+        "controller": PASS,
+        "period": 0.001,
+        "references": {"r": 0.0},
+        "end_stops": (EndStop(position="h", velocity="v", lower=0.0, restitution=0.5),),
+    }
+    bounced = run_loop(ball, [0.5, 0.0], 1.0, elastic)
     assert bounced["v"].max() == pytest.approx(0.5 * math.sqrt(10.0), rel=0.01)
 
 
 def test_noise_has_its_variance_and_depends_on_the_seed_only() -> None:
     def measured(seed: int) -> np.ndarray:
-        settings = Sampled(controller=GAIN, period=1e-3, noise=MeasurementNoise(std=0.1), seed=seed)
-        return simulate(INTEGRATOR, [0.0], 20.0, time=settings)["y_measured"]
+        settings = {"controller": GAIN, "period": 1e-3, "noise": MeasurementNoise(std=0.1), "seed": seed}
+        return run_loop(INTEGRATOR, [0.0], 20.0, settings)["y_measured"]
 
     first = measured(1)
     assert np.array_equal(first, measured(1))
     assert not np.array_equal(first, measured(2))
-    still = Sampled(
-        controller=_system("off", inputs={"y": {}}, outputs={"u": "0*y"}),
-        period=1e-3,
-        noise=MeasurementNoise(std=0.1),
-    )
-    noise = simulate(INTEGRATOR, [0.0], 50.0, time=still)["y_measured"] / 0.1
+    still = {
+        "controller": _system("off", inputs={"y": {}}, outputs={"u": "0*y"}),
+        "period": 1e-3,
+        "noise": MeasurementNoise(std=0.1),
+    }
+    noise = run_loop(INTEGRATOR, [0.0], 50.0, still)["y_measured"] / 0.1
     assert abs(noise.mean()) < 4 / math.sqrt(len(noise))
     assert noise.var() == pytest.approx(1.0, abs=0.03)
     assert abs(np.mean(noise[1:] * noise[:-1])) < 4 / math.sqrt(len(noise))
@@ -319,8 +319,8 @@ def test_noise_has_its_variance_and_depends_on_the_seed_only() -> None:
 
 
 def test_jitter_moves_the_samples_and_missed_ones_keep_the_command() -> None:
-    settings = Sampled(controller=GAIN, period=0.01, jitter=Jitter(width=0.004), missed=MissedSamples(probability=0.3))
-    run = simulate(INTEGRATOR, [1.0], 10.0, time=settings)
+    settings = {"controller": GAIN, "period": 0.01, "clock": (Jitter(width=0.004), MissedSamples(probability=0.3))}
+    run = run_loop(INTEGRATOR, [1.0], 10.0, settings)
     late = run.times - 0.01 * np.arange(len(run.times))
     assert late.min() >= 0.0
     assert late.max() < 0.004
@@ -333,18 +333,18 @@ def test_jitter_moves_the_samples_and_missed_ones_keep_the_command() -> None:
 
 def test_a_loop_that_blows_up_ends_there_and_says_so() -> None:
     wild = _system("wild", inputs={"y": {}}, outputs={"u": "300*y"})
-    settings = Sampled(controller=wild, period=0.1, bound=1e6)
-    run = simulate(INTEGRATOR, [1.0], 10.0, time=settings, throw=False)
+    settings = {"controller": wild, "period": 0.1, "bound": 1e6}
+    run = run_loop(INTEGRATOR, [1.0], 10.0, settings, throw=False)
     assert run.outcome is Outcome.BLEW_UP
     assert abs(run.final_state[0]) >= 1e6
     assert run.events[-1].kind is EventKind.BLEW_UP
     with pytest.raises(SimulationError, match="passed the bound"):
-        simulate(INTEGRATOR, [1.0], 10.0, time=settings)
+        run_loop(INTEGRATOR, [1.0], 10.0, settings)
 
 
 def test_a_command_that_is_no_number_never_reaches_the_plant() -> None:
     root = _system("root", inputs={"y": {}}, outputs={"u": "-sqrt(y)"})
-    settings = Sampled(controller=root, period=0.1, saturation=Saturation(lower=-1.0, upper=1.0))
-    run = simulate(INTEGRATOR, [0.05], 1.0, time=settings, inputs={"d": -1.0}, throw=False)
+    settings = {"controller": root, "period": 0.1, "saturation": Saturation(lower=-1.0, upper=1.0)}
+    run = run_loop(INTEGRATOR, [0.05], 1.0, settings, inputs={"d": -1.0}, throw=False)
     assert run.outcome is Outcome.NOT_FINITE
     assert np.isfinite(run.states).all()

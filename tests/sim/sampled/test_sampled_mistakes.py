@@ -7,25 +7,27 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from sampled_loops import loop_of, run_loop
 
 from ulna.base import SimulationError
-from ulna.sim import (
+from ulna.loop import (
     ConditionalIntegration,
     EndStop,
     Euler,
     ExactHold,
+    Guard,
+    Hardware,
     Jitter,
+    Loop,
     MeasurementNoise,
     MissedSamples,
     Pwm,
     Quantiser,
     RungeKutta4,
-    Sampled,
     Saturation,
     SlewLimit,
-    run_ensemble,
-    simulate,
 )
+from ulna.sim import Figures, FixedSteps, Paths, Taylor, simulate
 from ulna.system import System, system_from_mapping
 
 PLANT = system_from_mapping(
@@ -46,21 +48,31 @@ def _static(name: str, wanted: str, given: str, formula: str) -> System:
 
 
 LAW = _static("law", "y", "u", "-y")
+BASE: dict[str, Any] = {"controller": LAW, "period": 0.1}
+LOOP = Loop(plant=PLANT, controller=LAW, hardware=Hardware(period=0.1))
 
 
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: Sampled(controller=LAW, period=0.0), "positive time"),
-        (lambda: Sampled(controller=LAW, period=-1e-3), "positive time"),
-        (lambda: Sampled(controller=LAW, period=float("nan")), "positive time"),
-        (lambda: Sampled(controller=LAW, period=0.1, delay=-1.0), "delay"),
-        (lambda: Sampled(controller=LAW, period=0.1, plant_steps=0), "at least one step"),
-        (lambda: Sampled(controller=LAW, period=0.1, plant_order=3), "order 2 or 4"),
-        (lambda: Sampled(controller=LAW, period=0.1, seed=-1), "64 bits"),
-        (lambda: Sampled(controller=LAW, period=0.1, bound=0.0), "bound"),
-        (lambda: Sampled(controller=LAW, period=0.1, jitter=Jitter(width=0.2)), "not shorter than the period"),
-        (lambda: Sampled(controller=LAW, period=0.1, discretisation=ExactHold()), "linear part"),
+        (lambda: Hardware(period=0.0), "positive time"),
+        (lambda: Hardware(period=-1e-3), "positive time"),
+        (lambda: Hardware(period=float("nan")), "positive time"),
+        (lambda: Hardware(period=0.1, delay=-1.0), "delay"),
+        (lambda: Hardware(period=0.1, delay=1e9), "remembers 1000 at most"),
+        (lambda: Hardware(delay=0.1), "only a controller that runs once a period"),
+        (lambda: Hardware(period=0.1, clock=Jitter(width=0.2)), "not shorter than the period"),
+        (lambda: Hardware(period=0.1, end_stops=(EndStop(position="x", velocity="v"),) * 2), "one position has two"),
+        (lambda: Guard(output=float("inf")), "finite number"),
+        (lambda: Guard(largest=0.0), "positive"),
+        (lambda: FixedSteps(number=0), "at least one step"),
+        (lambda: FixedSteps(order=3), "order 2 or 4"),
+        (lambda: FixedSteps(bound=0.0), "bound"),
+        (lambda: Loop(plant=PLANT, hardware=Hardware(period=0.1)), "no controller"),
+        (lambda: Loop(plant=PLANT, controller=3, hardware=Hardware(period=0.1)), "no system and has none"),
+        (lambda: Loop(plant=PLANT, controller=LAW, hardware=Hardware(period=0.1)).system, "runs once a period"),
+        (lambda: Loop(plant=PLANT, controller=LAW).step, "continuous"),
+        (lambda: loop_of(PLANT, {**BASE, "discretisation": ExactHold()}), "linear part"),
         (lambda: Saturation(lower=1.0, upper=-1.0), "not below the upper limit"),
         (lambda: Saturation(lower=float("nan"), upper=1.0), "not below the upper limit"),
         (lambda: SlewLimit(rate=0.0), "positive"),
@@ -90,9 +102,9 @@ def test_a_value_out_of_its_range_is_refused(make: Callable[[], Any], says: str)
         ({"period": 2.0}, "longer than the run"),
         ({"sensors": {"w": Quantiser(step=0.1)}}, "no signal w"),
         ({"saturation": {"v": Saturation(lower=0.0, upper=1.0)}}, "no signal v"),
-        ({"references": {"r": 1.0}}, "nothing reads r"),
-        ({"initial": {"z": 1.0}}, "there is no z"),
-        ({"parameters": {"k": 1.0}}, "it has no k"),
+        ({"references": {"r": 1.0}}, "no input r"),
+        ({"initial": {"z": 1.0}}, "missing or unknown: z"),
+        ({"parameters": {"k": 1.0}}, "no such parameter"),
         ({"anti_windup": ConditionalIntegration(states=("e_int",))}, "no state e_int"),
         ({"end_stops": (EndStop(position="q", velocity="x", upper=1.0),)}, "no state 'q'"),
         ({"drive": Pwm(frequency=333.0, supply=1.0, switched=True)}, "whole number"),
@@ -100,7 +112,7 @@ def test_a_value_out_of_its_range_is_refused(make: Callable[[], Any], says: str)
 )
 def test_settings_that_do_not_fit_the_loop_are_refused(settings: dict[str, Any], says: str) -> None:
     with pytest.raises(SimulationError, match=says):
-        simulate(PLANT, [1.0], 1.0, time=Sampled(**{"controller": LAW, "period": 0.1, **settings}))
+        run_loop(PLANT, [1.0], 1.0, dict(**{**BASE, **settings}))
 
 
 def test_bridges_that_switch_need_one_carrier() -> None:
@@ -108,45 +120,56 @@ def test_bridges_that_switch_need_one_carrier() -> None:
     law = {"name": "law", "states": {"n": "0"}, "inputs": {"y": {}}, "outputs": {"u": "-y", "v": "-y"}}
     drive = {name: Pwm(frequency=f, supply=1.0, switched=True) for name, f in (("u", 100.0), ("v", 200.0))}
     with pytest.raises(SimulationError, match="different carriers .100 Hz, 200 Hz"):
-        simulate(
+        run_loop(
             system_from_mapping(table),
             [1.0],
             1.0,
-            time=Sampled(controller=system_from_mapping(law), period=0.1, drive=drive),
+            {"controller": system_from_mapping(law), "period": 0.1, "drive": drive},
         )
 
 
 def test_wires_that_lead_nowhere_are_named() -> None:
     deaf = _static("deaf", "w", "u", "w")
     with pytest.raises(SimulationError, match="input 'w' of 'deaf': nothing in the loop feeds it"):
-        simulate(PLANT, [1.0], 1.0, time=Sampled(controller=deaf, period=0.1))
+        run_loop(PLANT, [1.0], 1.0, {"controller": deaf, "period": 0.1})
     lame = _static("lame", "y", "v", "y")
     with pytest.raises(SimulationError, match="none of the outputs v is an input of the plant"):
-        simulate(PLANT, [1.0], 1.0, time=Sampled(controller=lame, period=0.1))
+        run_loop(PLANT, [1.0], 1.0, {"controller": lame, "period": 0.1})
     with pytest.raises(SimulationError, match="drives it already"):
-        simulate(PLANT, [1.0], 1.0, time=Sampled(controller=LAW, period=0.1), inputs={"u": 1.0})
+        run_loop(PLANT, [1.0], 1.0, {"controller": LAW, "period": 0.1}, inputs={"u": 1.0})
 
 
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        ({"horizon": 0.0}, "no positive time|not a positive time"),
+        ({"times": 0.0}, "0 s follows 0 s"),
         ({"initial": [[1.0, 2.0]]}, "instead of"),
         ({"initial": [[float("nan")]]}, "not a finite number"),
         ({"parameters": {"b": 1.0}}, "no such parameter"),
-        ({"parameters": {"a": [1.0, 2.0]}, "initial": [[1.0]] * 3}, "numbers of runs differ"),
+        ({"parameters": {"a": [1.0, 2.0]}, "initial": [[1.0]] * 3}, "numbers differ"),
         ({"parameters": {"a": [1.0, float("inf")]}}, "not a finite number"),
-        ({"inputs": {"w": 1.0}}, "no input w"),
-        ({"inputs": {"u": 1.0}}, "drives it already"),
-        ({"references": {"r": 1.0}}, "nothing reads r"),
-        ({"targets": {"x2": 1.0}}, "no output"),
-        ({"controller_initial": {"z": 1.0}}, "there is no z"),
-        ({"controller_initial": {"z": [1.0, 2.0]}, "initial": [[1.0]] * 3}, "numbers of runs differ"),
-        ({"seeds": [-1]}, "whole numbers"),
-        ({"samples": 0}, "at least one interval"),
+        ({"inputs": {"w": [1.0, 2.0]}}, "no input w"),
+        ({"inputs": {"u": [1.0, 2.0]}}, "drives it already"),
+        ({"targets": {"x2": [1.0, 2.0]}}, "no output"),
+        ({"initial": {"x": 1.0, "z": [1.0, 2.0]}}, "missing or unknown: z"),
+        ({"initial": {"x": [1.0, 2.0, 3.0]}, "parameters": {"a": [1.0, 2.0]}}, "numbers differ"),
+        ({"seed": [-1]}, "whole numbers"),
+        ({"seed": -1}, "64 bits"),
+        ({"times": [1.0, 2.0], "seed": [1]}, "begin at 0 s"),
+        ({"record": Paths("w"), "seed": [1]}, "no such signal"),
+        ({"engine": Taylor()}, "has a processor"),
     ],
 )
-def test_arguments_of_an_ensemble_that_do_not_fit_are_refused(arguments: dict[str, Any], says: str) -> None:
-    given = {"initial": [1.0], "horizon": 1.0, **arguments}
+def test_arguments_that_do_not_fit_are_refused(arguments: dict[str, Any], says: str) -> None:
+    given = {"initial": [1.0], "times": 1.0, **arguments}
     with pytest.raises(SimulationError, match=says):
-        run_ensemble(PLANT, time=Sampled(controller=LAW, period=0.1), **given)
+        simulate(LOOP, **given)
+
+
+def test_an_ensemble_has_intervals_and_only_the_paths_it_keeps() -> None:
+    with pytest.raises(SimulationError, match="at least one interval"):
+        Figures(samples=0)
+    many = simulate(LOOP, [[1.0], [2.0]], 1.0, record=Paths("x"))
+    assert many["x"].shape == (2, 11)
+    with pytest.raises(SimulationError, match="this ensemble keeps those of x"):
+        many["u"]

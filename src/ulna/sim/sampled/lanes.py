@@ -26,7 +26,8 @@ class LaneWriter:
     Within `runs()` the innermost loop goes over the runs, which the compiler makes vector code of.
 
     Args:
-        lanes: runs of a block. same: of slots that hold one number the one that stands for it. read: slots that somebody reads; others are not kept.
+        lanes: runs of a block. same: of slots that hold one number, the one that stands for it.
+        read: slots that somebody reads; others are not kept.
         numbers: names that hold for all runs and samples. shared: variables that are the same for all runs.
         paths: slots that are read from samples of each run's own.
     """

@@ -4,34 +4,19 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import sympy as sp
+from sampled_loops import loop_of, run_loop
 
 from ulna.base import SimulationError
+from ulna.loop import TIME, ExactHold, Jitter, Loop, MeasurementNoise, MissedSamples, Quantiser, Saturation
 from ulna.program.lowering import numba as cache
-from ulna.sim import (
-    TIME,
-    Continuous,
-    Crossing,
-    EnsembleResult,
-    ExactHold,
-    Formula,
-    Jitter,
-    MeasurementNoise,
-    MissedSamples,
-    Outcome,
-    Quantiser,
-    Sampled,
-    Saturation,
-    Settling,
-    metrics,
-    run_ensemble,
-    simulate,
-)
+from ulna.sim import Crossing, Ends, Ensemble, Formula, Outcome, Settling, Taylor, metrics, simulate
 from ulna.sim.sampled import ensemble as engine
 from ulna.system import LinearInjection, System, system_from_mapping
 
@@ -52,18 +37,17 @@ CONTROLLER = system_from_mapping(
         "outputs": {"u": "sin(a) - 4*(a - r) - 3*b"},
     }
 )
-ROUGH = Sampled(
-    controller=CONTROLLER,
-    period=0.01,
-    saturation=Saturation(lower=-3.0, upper=3.0),
-    sensors=Quantiser.encoder(bits=12),
-    noise=MeasurementNoise(std=1e-3),
-    jitter=Jitter(width=2e-3),
-    missed=MissedSamples(probability=0.05),
-    references={"r": 0.2},
-    bound=20.0,
-    seed=5,
-)
+ROUGH: dict[str, Any] = {
+    "controller": CONTROLLER,
+    "period": 0.01,
+    "saturation": Saturation(lower=-3.0, upper=3.0),
+    "sensors": Quantiser.encoder(bits=12),
+    "noise": MeasurementNoise(std=1e-3),
+    "clock": (Jitter(width=2e-3), MissedSamples(probability=0.05)),
+    "references": {"r": 0.2},
+    "bound": 20.0,
+    "seed": 5,
+}
 RUNS = 37
 
 
@@ -74,38 +58,37 @@ def _random() -> tuple[np.ndarray, np.ndarray]:
     return initial, np.where(np.arange(RUNS) % 5 == 0, -400.0, random.uniform(0.5, 1.5, RUNS))
 
 
-def _same(one: EnsembleResult, other: EnsembleResult, rows: np.ndarray | slice = slice(None)) -> bool:
-    arrays = [f.name for f in fields(EnsembleResult) if f.name not in {"plant", "horizon", "input_names"}]
+def _same(one: Ensemble, other: Ensemble, rows: np.ndarray | slice = slice(None)) -> bool:
+    arrays = [f.name for f in fields(Ensemble) if f.name not in {"system", "horizon", "input_names", "times", "paths"}]
     return all(np.array_equal(getattr(one, name)[rows], getattr(other, name), equal_nan=True) for name in arrays)
 
 
 def test_block_size_place_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     initial, stiffness = _random()
     seeds = np.arange(100, 100 + RUNS)
-    whole = run_ensemble(ARM, initial, 2.0, time=ROUGH, parameters={"k": stiffness}, seeds=seeds, threads=1)
+    loop = loop_of(ARM, ROUGH)
+    whole = run_loop(ARM, initial, 2.0, ROUGH, loop=loop, parameters={"k": stiffness}, seed=seeds, threads=1)
     assert {Outcome.FINISHED, Outcome.BLEW_UP} == {whole.outcome(k) for k in range(RUNS)}
-    threads = run_ensemble(ARM, initial, 2.0, time=ROUGH, parameters={"k": stiffness}, seeds=seeds, threads=3)
+    threads = run_loop(ARM, initial, 2.0, ROUGH, loop=loop, parameters={"k": stiffness}, seed=seeds, threads=3)
     assert _same(whole, threads)
     order = np.random.default_rng(0).permutation(RUNS)[:23]
-    mixed = run_ensemble(
-        ARM, initial[order], 2.0, time=ROUGH, parameters={"k": stiffness[order]}, seeds=seeds[order], threads=2
-    )
+    mixed = run_loop(ARM, initial[order], 2.0, ROUGH, parameters={"k": stiffness[order]}, seed=seeds[order], threads=2)
     assert _same(whole, mixed, order)
-    alone = engine.sampled_figures
-    monkeypatch.setattr("ulna.sim.ensemble.sampled_figures", lambda job, time, **_: alone(job, time, lanes=1))
-    single = run_ensemble(ARM, initial, 2.0, time=ROUGH, parameters={"k": stiffness}, seeds=seeds)
+    many = engine.work
+    monkeypatch.setattr(engine, "work", lambda *given, **named: many(*given, **named, lanes=1))
+    single = run_loop(ARM, initial, 2.0, ROUGH, parameters={"k": stiffness}, seed=seeds)
     assert _same(whole, single)
 
 
 def test_a_run_of_an_ensemble_is_replayed_by_simulate_bit_for_bit() -> None:
     initial, stiffness = _random()
-    many = run_ensemble(ARM, initial, 2.0, time=ROUGH, parameters={"k": stiffness})
+    many = run_loop(ARM, initial, 2.0, ROUGH, parameters={"k": stiffness})
     for k in (0, 1, 17, RUNS - 1):
-        one = simulate(
+        one = run_loop(
             ARM,
             initial[k],
             2.0,
-            time=replace(ROUGH, seed=ROUGH.seed + k),
+            dict(ROUGH, seed=ROUGH["seed"] + k),
             parameters={"k": stiffness[k]},
             throw=False,
         )
@@ -121,33 +104,32 @@ def test_a_run_of_an_ensemble_is_replayed_by_simulate_bit_for_bit() -> None:
 
 
 def test_references_disturbances_and_targets_may_differ_from_run_to_run() -> None:
-    calm = Sampled(controller=CONTROLLER, period=0.01, references={"r": 0.0})
+    calm = {"controller": CONTROLLER, "period": 0.01, "references": {"r": 0.0}}
     goals, pushes = np.array([0.1, 0.2, 0.3]), np.array([0.0, 0.05, -0.05])
-    many = run_ensemble(
+    many = run_loop(
         ARM,
         [0.0, 0.0],
         12.0,
-        time=calm,
-        references={"r": goals},
-        inputs={"d": pushes},
+        calm,
+        inputs={"r": goals, "d": pushes},
         targets={"y": goals},
     )
     for k in range(3):
-        lone = replace(calm, references={"r": goals[k]})
-        one = simulate(ARM, [0.0, 0.0], 12.0, time=lone, inputs={"d": pushes[k]})
+        lone = dict(calm, references={"r": goals[k]})
+        one = run_loop(ARM, [0.0, 0.0], 12.0, lone, inputs={"d": pushes[k]})
         assert np.array_equal(one.final_state, many.final_state[k])
     assert many.steady_error[0, 0] == pytest.approx(0.0, abs=1e-3)
     assert math.isfinite(many.settling_time[0, 0])
 
 
 def test_estimator_and_controller_may_start_differently_in_each_run() -> None:
-    calm = Sampled(controller=CONTROLLER, period=0.01, references={"r": 0.0}, initial={"b": 0.3})
+    calm = {"controller": CONTROLLER, "period": 0.01, "references": {"r": 0.0}, "initial": {"b": 0.3}}
     starts = np.array([0.0, 0.4, -0.7])
-    many = run_ensemble(ARM, [0.5, 0.0], 1.0, time=calm, controller_initial={"a": starts})
+    many = run_loop(ARM, [0.5, 0.0], 1.0, calm, start={"a": starts})
     assert len(many) == 3
     assert len(set(many.final_state[:, 0])) == 3
     for k, start in enumerate(starts):
-        one = simulate(ARM, [0.5, 0.0], 1.0, time=replace(calm, initial={"a": start, "b": 0.3}))
+        one = run_loop(ARM, [0.5, 0.0], 1.0, dict(calm, initial={"a": start, "b": 0.3}))
         assert np.array_equal(one.final_state, many.final_state[k])
 
 
@@ -171,25 +153,25 @@ def test_estimates_of_an_injected_observer_may_start_differently_in_each_run() -
     law = system_from_mapping(
         {"name": "law", "states": {"n": "0"}, "inputs": {"q": {}, "v": {}}, "outputs": {"u": "-4*q - 3*v"}}
     )
-    calm = Sampled(controller=law, estimator=parts, period=0.01, discretisation=ExactHold())
+    calm = {"controller": law, "estimator": parts, "period": 0.01, "discretisation": ExactHold()}
     guesses = np.array([0.1, 0.7, -0.3])
-    many = run_ensemble(ARM, [0.5, 0.0], 1.0, time=calm, controller_initial={"q_hat": guesses})
+    many = run_loop(ARM, [0.5, 0.0], 1.0, calm, start={"q_hat": guesses})
     for k, guess in enumerate(guesses):
-        one = simulate(ARM, [0.5, 0.0], 1.0, time=replace(calm, initial={"q_hat": guess}))
+        one = run_loop(ARM, [0.5, 0.0], 1.0, dict(calm, initial={"q_hat": guess}))
         assert one["q_hat"][0] == pytest.approx(guess)
         assert np.array_equal(one.final_state, many.final_state[k])
 
 
-def test_a_continuous_loop_has_no_controller_to_start() -> None:
-    with pytest.raises(SimulationError, match="no controller beside the plant"):
-        run_ensemble(ARM, [0.5, 0.0], 1.0, time=Continuous(), controller_initial={"a": 1.0})
+def test_states_that_a_loop_does_not_have_are_named() -> None:
+    with pytest.raises(SimulationError, match="missing or unknown: c"):
+        simulate(Loop(plant=ARM, controller=CONTROLLER), {"q": 0.5, "v": [0.0, 1.0], "c": 1.0}, 1.0)
 
 
 def test_a_shared_disturbance_may_be_a_formula() -> None:
-    calm = Sampled(controller=CONTROLLER, period=0.01, references={"r": 0.0})
+    calm = {"controller": CONTROLLER, "period": 0.01, "references": {"r": 0.0}}
     push = {"d": Formula(expression=TIME / 10)}
-    many = run_ensemble(ARM, [[0.1, 0.0], [0.2, 0.0]], 1.0, time=calm, inputs=push)
-    assert np.array_equal(simulate(ARM, [0.2, 0.0], 1.0, time=calm, inputs=push).final_state, many.final_state[1])
+    many = run_loop(ARM, [[0.1, 0.0], [0.2, 0.0]], 1.0, calm, inputs=push)
+    assert np.array_equal(run_loop(ARM, [0.2, 0.0], 1.0, calm, inputs=push).final_state, many.final_state[1])
 
 
 def _stepped(initial: tuple[float, float], count: int, step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -227,14 +209,14 @@ def _stepped(initial: tuple[float, float], count: int, step: float) -> tuple[np.
 
 def test_two_engines_agree_up_to_the_first_code_that_flips() -> None:
     sensor = Quantiser.encoder(bits=12)
-    loop = Sampled(
-        controller=CONTROLLER,
-        period=0.01,
-        saturation=Saturation(lower=-3.0, upper=3.0),
-        sensors=sensor,
-        references={"r": 0.0},
-    )
-    run = simulate(ARM, [1.0, 0.0], 10.0, time=loop)
+    loop = {
+        "controller": CONTROLLER,
+        "period": 0.01,
+        "saturation": Saturation(lower=-3.0, upper=3.0),
+        "sensors": sensor,
+        "references": {"r": 0.0},
+    }
+    run = run_loop(ARM, [1.0, 0.0], 10.0, loop)
     states, codes = _stepped((1.0, 0.0), 1000, sensor.step)
     same = np.rint(run["y_measured"] / sensor.step) == codes
     until = len(same) if same.all() else int(np.argmin(same))
@@ -253,10 +235,9 @@ def test_a_continuous_ensemble_has_the_ends_and_figures_of_single_runs() -> None
     )
     random = np.random.default_rng(1)
     initial, stiffness = random.uniform(0.3, 1.0, (21, 2)), random.uniform(3.0, 5.0, 21)
-    many = run_ensemble(
-        loop, initial, 10.0, time=Continuous(tolerance=1e-10), parameters={"k": stiffness}, samples=400, threads=2
-    )
-    bare = run_ensemble(loop, initial, 10.0, time=Continuous(tolerance=1e-10), parameters={"k": stiffness})
+    taylor = Taylor(tolerance=1e-10)
+    many = simulate(loop, initial, 10.0, engine=taylor, parameters={"k": stiffness}, threads=2)
+    bare = simulate(loop, initial, 10.0, engine=taylor, parameters={"k": stiffness}, record=Ends())
     np.testing.assert_allclose(bare.final_state, many.final_state, atol=1e-9)
     assert np.isnan(bare.peak_error).all()
     for k in (0, 7, 20):
@@ -273,26 +254,26 @@ def test_a_continuous_ensemble_has_the_ends_and_figures_of_single_runs() -> None
 
 def test_a_continuous_run_that_blows_up_is_one_result_among_others() -> None:
     wild = system_from_mapping({"name": "wild", "states": {"x": "x**2"}, "outputs": {"y": "x"}})
-    many = run_ensemble(wild, [[-1.0], [2.0], [-3.0]], 1.0, time=Continuous(bound=1e6))
+    many = simulate(wild, [[-1.0], [2.0], [-3.0]], 1.0, engine=Taylor(bound=1e6), record=Ends())
     assert many.finished.tolist() == [True, False, True]
     assert many.outcome(1) is Outcome.BLEW_UP
     assert many.end_time[1] == pytest.approx(0.5, abs=1e-5)
     np.testing.assert_allclose(many.final_state[[0, 2], 0], [-0.5, -0.75], rtol=1e-12)
 
 
-def _tiny() -> tuple[System, Sampled]:
+def _tiny() -> tuple[System, dict[str, Any]]:
     plant = system_from_mapping({"name": "tiny", "states": {"x": "u"}, "inputs": {"u": {}}, "outputs": {"y": "x"}})
     law = system_from_mapping(
         {"name": "tiny law", "states": {"z": "y - z"}, "inputs": {"y": {}}, "outputs": {"u": "-z"}}
     )
-    return plant, Sampled(controller=law, period=0.1)
+    return plant, {"controller": law, "period": 0.1}
 
 
 def test_a_loop_is_kept_on_disk_and_a_damaged_cache_is_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     cache.compiled.cache_clear()
     plant, loop = _tiny()
-    first = simulate(plant, [1.0], 1.0, time=loop).final_state
+    first = run_loop(plant, [1.0], 1.0, loop).final_state
     folder = cache.cache_folder()
     kept = [path for path in folder.rglob("*") if path.is_file()]
     assert folder.is_relative_to(tmp_path)
@@ -302,7 +283,7 @@ def test_a_loop_is_kept_on_disk_and_a_damaged_cache_is_no_harm(tmp_path: Path, m
             path.write_bytes(b"damaged")
     cache.compiled.cache_clear()
     plant, loop = _tiny()
-    assert np.array_equal(simulate(plant, [1.0], 1.0, time=loop).final_state, first)
+    assert np.array_equal(run_loop(plant, [1.0], 1.0, loop).final_state, first)
 
 
 def test_a_cache_folder_that_cannot_be_made_is_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -311,4 +292,4 @@ def test_a_cache_folder_that_cannot_be_made_is_no_harm(tmp_path: Path, monkeypat
     monkeypatch.setenv("XDG_CACHE_HOME", os.fspath(blocked))
     cache.compiled.cache_clear()
     plant, loop = _tiny()
-    assert np.isfinite(simulate(plant, [1.0], 1.0, time=loop).final_state).all()
+    assert np.isfinite(run_loop(plant, [1.0], 1.0, loop).final_state).all()
