@@ -87,18 +87,18 @@ if TYPE_CHECKING:
     from ulna.sim.python_control import to_control as to_control
     from ulna.system import ControlAffine as ControlAffine
     from ulna.system import Definition as Definition
+    from ulna.system import Equilibria as Equilibria
+    from ulna.system import Equilibrium as Equilibrium
     from ulna.system import Linearisation as Linearisation
-    from ulna.system import OperatingPoint as OperatingPoint
     from ulna.system import Parameter as Parameter
     from ulna.system import Signal as Signal
     from ulna.system import System as System
     from ulna.system import connect as connect
     from ulna.system import control_affine as control_affine
     from ulna.system import equilibria as equilibria
+    from ulna.system import equilibrium as equilibrium
     from ulna.system import linearise as linearise
-    from ulna.system import operating_point as operating_point
     from ulna.system import read_system as read_system
-    from ulna.system import rest_point as rest_point
     from ulna.system import system_from_mapping as system_from_mapping
     from ulna.system import write_system as write_system
 
@@ -124,6 +124,9 @@ _HOME = {
     "dynamic_extension": "ulna.design",
     "EndStop": "ulna.sim",
     "equilibria": "ulna.system",
+    "Equilibria": "ulna.system",
+    "equilibrium": "ulna.system",
+    "Equilibrium": "ulna.system",
     "Event": "ulna.sim",
     "exact_observer": "ulna.design",
     "extended_kalman_filter": "ulna.design",
@@ -155,8 +158,6 @@ _HOME = {
     "ObserverForm": "ulna.design",
     "one_form": "ulna.geometry",
     "OneForm": "ulna.geometry",
-    "operating_point": "ulna.system",
-    "OperatingPoint": "ulna.system",
     "Outcome": "ulna.sim",
     "Parameter": "ulna.system",
     "plot_poles": "ulna.plot",
@@ -167,7 +168,6 @@ _HOME = {
     "read_system": "ulna.system",
     "Regulate": "ulna.design",
     "relative_degree": "ulna.geometry",
-    "rest_point": "ulna.system",
     "run_ensemble": "ulna.sim",
     "Sampled": "ulna.sim",
     "Saturation": "ulna.sim",

@@ -9,7 +9,7 @@ import pytest
 
 from ulna.base import PlantError
 from ulna.models import model, models
-from ulna.system import operating_point, system_from_mapping, system_to_mapping
+from ulna.system import equilibrium, system_from_mapping, system_to_mapping
 
 TEXTBOOK = sorted(p.name.removesuffix(".toml") for p in (files("ulna.models") / "textbook").iterdir())
 ANALYSIS_KEYS = {
@@ -61,7 +61,7 @@ def test_physical_plants_have_units_on_every_signal(name):
 
 @pytest.mark.parametrize("name", ["van_de_vusse", "boost_converter", "magnetic_levitation", "quadruple_tank"])
 def test_a_point_given_in_numbers_is_an_equilibrium_at_the_parameters_values(name):
-    assert operating_point(model(name)).equilibrium.holds
+    assert equilibrium(model(name)).verdict.holds
 
 
 def test_a_misspelt_name_is_answered_with_near_ones():

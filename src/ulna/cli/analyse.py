@@ -55,7 +55,7 @@ def _print(analysis: Analysis) -> None:
     from rich.table import Table
 
     rest = ", ".join(f"{s.name} = {v}" for s, v in analysis.point.values.items())
-    kind = "equilibrium" if analysis.point.equilibrium.holds else "no equilibrium"
+    kind = "equilibrium" if analysis.point.verdict.holds else "no equilibrium"
     table = Table(title=escape(f"{analysis.system.name} at {rest} ({kind})"), title_justify="left")
     table.add_column("question", no_wrap=True)
     table.add_column("verdict", no_wrap=True)

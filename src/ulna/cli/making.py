@@ -152,7 +152,7 @@ def make_loop(system: System, options: DesignOptions) -> LoopMade:
 
 def given_states(system: System) -> dict[str, float]:
     """The states that the plant's file gives for its operating point, by name; zero where it gives none."""
-    from ulna.system.operating_point import given_point
+    from ulna.system import given_point
 
     return {state.name: float(value) for state, value in given_point(system).states.items()}
 

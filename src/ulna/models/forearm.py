@@ -118,7 +118,7 @@ def small_oscillations(system: System, within: tuple[float, float]) -> SmallOsci
     found = equilibria(system, {position.name: within})
     numeric = system.with_values()
     points = tuple(
-        small_oscillation(numeric, {position.name: sp.Float(point.states[position.name])}) for point in found.points
+        small_oscillation(numeric, {position.name: sp.Float(point[position.name])}) for point in found.points
     )
     return SmallOscillations(points=points, complete=found.complete)
 

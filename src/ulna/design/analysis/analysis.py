@@ -12,9 +12,9 @@ from ulna.design.analysis.findings import Finding, not_applicable
 from ulna.design.analysis.large_questions import LARGE, large_findings
 from ulna.design.analysis.questions import GROUPS, law_of_outputs, outputs_answered
 from ulna.symbolic.exact.budget import PATIENCE, attempt
+from ulna.system import Equilibrium, equilibrium, given_point
 from ulna.system.affine import control_affine
 from ulna.system.field_kernel import field_kernel
-from ulna.system.operating_point import OperatingPoint, given_point, operating_point
 from ulna.system.system import System
 
 SECONDS = 8.0
@@ -36,7 +36,7 @@ class Analysis:
     """
 
     system: System
-    point: OperatingPoint
+    point: Equilibrium
     findings: Mapping[str, Finding]
 
     def __getitem__(self, key: str) -> Finding:
@@ -82,7 +82,7 @@ def analyse(system: System, *, seconds: float = SECONDS) -> Analysis:
         # Formulas grew too long: numbers still tell ranks and degrees.
         numbers = _in_numbers(system, late)
         findings |= {key: numbers[key] for key in late if numbers[key].value is not None}
-    return Analysis(system=system, point=operating_point(system), findings=findings)
+    return Analysis(system=system, point=equilibrium(system), findings=findings)
 
 
 def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Finding]:

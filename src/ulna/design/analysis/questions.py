@@ -13,7 +13,6 @@ from ulna.design.forms.linearisability import linearisability
 from ulna.design.forms.linearising_form import LinearisingForm
 from ulna.design.forms.linearising_outputs import LinearisingOutputs, last_row, linearising_outputs
 from ulna.design.forms.state_linearisation import state_linearisation
-from ulna.design.internal.base_point import base_point
 from ulna.design.internal.minimum_phase import minimum_phase
 from ulna.design.internal.zero_dynamics import zero_dynamics
 from ulna.design.observers.observer_form import ObserverForm, find_observer_form
@@ -24,6 +23,7 @@ from ulna.geometry.observability import observability
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree
 from ulna.symbolic.exact.zero_set import zero_set
 from ulna.symbolic.solving.branch import on_branch
+from ulna.system import equilibrium_in_numbers
 from ulna.system.system import System
 
 _NO_OUTPUT = "the plant has no output"
@@ -162,7 +162,7 @@ def _output_transformation(system: System) -> dict[str, Finding]:
     psi = None
     if found.functions is not None:
         at = dict(zip(found.symbols, system.inline(system.readouts), strict=True))
-        here = base_point(system).values
+        here = equilibrium_in_numbers(system).where
         psi = [on_branch(function.xreplace(at), here) for function in found.functions]
     findings = {
         "observer_form_output_transform": decided(found.verdict),

@@ -15,7 +15,7 @@ from ulna.design.forms.linearising_form import LinearisingForm
 from ulna.symbolic.exact.simplify import shortened
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.formulas.text import formula, listing
-from ulna.system.operating_point import operating_point
+from ulna.system import equilibrium
 from ulna.system.signal import Signal
 from ulna.system.system import System
 
@@ -109,7 +109,7 @@ def state_feedback(
 
 
 def _warn_if_singular(form: LinearisingForm) -> None:
-    point = operating_point(form.system)
+    point = equilibrium(form.system)
     there = form.beta.subs(dict(point.states))
     if there.has(sp.nan, sp.zoo, sp.oo) or is_zero(there.det(method="berkowitz"), test=SampledZero(seconds=0.2)).holds:
         where = ", ".join(f"{x.name} = {formula(value)}" for x, value in point.states.items())

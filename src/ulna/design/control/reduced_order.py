@@ -16,7 +16,7 @@ from ulna.base import DesignError, Verdict
 from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.solving.roots import solutions
-from ulna.system import System, operating_point
+from ulna.system import System, equilibrium
 
 SETTLED = 3.0
 """Time constants after which a fast state counts as settled: e⁻³ = 5 % are left."""
@@ -135,7 +135,7 @@ def _condition(
     if missing:
         return (), Verdict.undecided(claim, parameters_without_value=missing)
     numeric = slow.with_values()
-    point = {**system.values, **operating_point(numeric).values}
+    point = {**system.values, **equilibrium(numeric).values}
     eigenvalues = np.linalg.eigvals(np.array(boundary.subs(point).evalf(), dtype=float))
     taus = tuple(sorted((-1.0 / e.real if e.real else math.inf for e in eigenvalues), reverse=True))
     evidence = {"fast_eigenvalues": tuple(complex(e) for e in eigenvalues), "slowest_time_constant": max(taus)}

@@ -11,7 +11,7 @@ from ulna.base.verdict import Verdict
 from ulna.design.forms.linearising_form import LinearisingForm, linearising_form
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree, relative_degree_of
 from ulna.symbolic.formulas.text import formula
-from ulna.system.operating_point import operating_point
+from ulna.system import equilibrium
 from ulna.system.system import System
 
 
@@ -31,7 +31,7 @@ def input_output_form(system: System, *, at: Mapping[sp.Symbol, sp.Expr] | None 
     _require_square(system, asked)
     degree = relative_degree(system)
     if at is not None:
-        point = {**operating_point(system).where, **at}
+        point = {**equilibrium(system).where, **at}
         degree = relative_degree_of(degree.outputs, degree.view, point=point)
     _require_invertible(degree, asked)
     form = linearising_form(degree, degree.invertible)

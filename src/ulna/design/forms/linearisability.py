@@ -21,7 +21,7 @@ from ulna.geometry.distribution import filtration, involutive
 from ulna.geometry.lie import lie_bracket
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import generic_rank
-from ulna.system.operating_point import operating_point
+from ulna.system import equilibrium
 from ulna.system.system import System
 
 _PROOF_SECONDS = 1.0
@@ -149,7 +149,7 @@ def _shown_point(states: tuple[sp.Symbol, ...], point: Mapping[Any, Any] | None)
 
 
 def _at_point(system: System, found: Accessibility, verdict: Verdict) -> Verdict:
-    here = operating_point(system)
+    here = equilibrium(system)
     claim = f"'{system.name}' is full-state linearisable {here.phrase.replace('at the', 'around its', 1)}"
     if verdict.fails:
         return Verdict.refuted(claim, **{**verdict.evidence, "because": verdict.claim, "generically": False})

@@ -29,7 +29,7 @@ from ulna.symbolic.exact.linear import inverse_last_row
 from ulna.symbolic.exact.rank import generic_rank, rank_at
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
-from ulna.system.operating_point import operating_point
+from ulna.system import equilibrium
 from ulna.system.system import System
 
 _SECONDS = 4.0
@@ -249,7 +249,7 @@ class _Search:
 
     def _independent_at_point(self, functions: list[sp.Expr]) -> bool:
         # Parameters at their values where the point is an equilibrium for these only.
-        where = operating_point(self.found.view.system).where
+        where = equilibrium(self.found.view.system).where
         return rank_at(self._differentials(functions), where, seconds=0).value == len(functions)
 
     def _differentials(self, functions: list[sp.Expr]) -> sp.ImmutableDenseMatrix:

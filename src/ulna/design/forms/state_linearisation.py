@@ -21,7 +21,7 @@ from ulna.geometry.oneform import one_form
 from ulna.symbolic.exact.linear import inverse
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
-from ulna.system.operating_point import operating_point
+from ulna.system import equilibrium
 from ulna.system.system import System
 
 _TEST = SampledZero(seconds=0.3)
@@ -139,7 +139,7 @@ def _described(found: Accessibility, verdict: Verdict, forward: tuple[sp.Expr, .
     view, system = found.view, found.view.system
     if forward is None:
         return StateLinearisation(system=system, verdict=verdict)
-    point = {**operating_point(system).states, **system.values}
+    point = {**equilibrium(system).states, **system.values}
     taken = (*view.x, *view.u, *system.parameter_symbols)
     z = new_symbols("z", len(view.x), taken)
     column = sp.ImmutableDenseMatrix(len(forward), 1, list(forward))

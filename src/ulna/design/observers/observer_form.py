@@ -14,7 +14,6 @@ import sympy as sp
 
 from ulna.base.errors import NoFormError
 from ulna.base.verdict import Status, Verdict
-from ulna.design.internal.base_point import base_point
 from ulna.design.observers.observer_blocks import search_blocks
 from ulna.design.observers.observer_chain import ChainSearch, search_chain
 from ulna.design.observers.observer_check import check_observer_form
@@ -29,8 +28,8 @@ from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
 from ulna.symbolic.formulas.text import formula, listing
 from ulna.symbolic.solving.branch import on_branch
+from ulna.system import equilibrium, equilibrium_in_numbers
 from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.operating_point import operating_point
 from ulna.system.system import System
 
 _SECONDS = 10.0
@@ -189,7 +188,7 @@ def moved_back(system: System, straight: StraightenedPlant, form: ObserverForm) 
     view = control_affine(system)
     section = output_section(view)
     rename = dict(zip(form.y, section.y, strict=True))
-    here = base_point(system).values
+    here = equilibrium_in_numbers(system).where
     forward = sp.ImmutableDenseMatrix(form.map.forward.applyfunc(lambda e: on_branch(straight.in_old(e), here)))
     solved = sp.Matrix([straight.solved.get(x, x) for x in view.x])
     inverse_map = form.map.inverse
@@ -236,7 +235,7 @@ def assemble(section: OutputSection, chain: ChainSearch) -> ObserverForm | None:
         view=view,
         indices=chain.indices,
         map=diffeomorphism(
-            T, view.x, z, near=operating_point(view.system).states, singular=tidy(inverted.determinant, seconds=0.2)
+            T, view.x, z, near=equilibrium(view.system).states, singular=tidy(inverted.determinant, seconds=0.2)
         ),
         jacobian=sp.ImmutableDenseMatrix(inverted.solution),
         A=A,

@@ -13,7 +13,7 @@ from ulna.base import UlnaError
 from ulna.base.verdict import Status
 from ulna.design.internal.center_manifold import center_modes, reduced_orders
 from ulna.design.internal.critical_class import StabilityClass
-from ulna.design.internal.equilibrium_class import equilibrium_class
+from ulna.design.internal.equilibrium_stability import equilibrium_stability
 from ulna.symbolic.solving.root_location import eigenvalue_location
 from ulna.symbolic.solving.taylor import NoSeriesError, taylor_coefficients
 from ulna.system import System, system_from_mapping
@@ -74,7 +74,7 @@ CASES = {
 @pytest.mark.parametrize("name", CASES)
 def test_origin_has_the_known_class(name: str) -> None:
     rates, expected = CASES[name]
-    found = equilibrium_class(autonomous(rates))
+    found = equilibrium_stability(autonomous(rates))
     assert found.stability == expected
     assert found.verdict.status is Status.PROVED
     assert found.verdict.evidence["by"]
@@ -95,42 +95,42 @@ def test_origin_has_the_known_class(name: str) -> None:
 def test_equilibria_away_from_the_origin_are_judged_where_they_are(
     rates: dict[str, str], point: dict[str, Any], expected: str
 ) -> None:
-    assert equilibrium_class(autonomous(rates, point)).stability == expected
+    assert equilibrium_stability(autonomous(rates, point)).stability == expected
 
 
 def test_nearest_equilibrium_is_taken_and_shown() -> None:
-    found = equilibrium_class(autonomous({"x": "-(x - 2)*(x - 5)*(x - 7)"}, {"x": 6}))
+    found = equilibrium_stability(autonomous({"x": "-(x - 2)*(x - 5)*(x - 7)"}, {"x": 6}))
     assert found.equilibrium[sp.Symbol("x", real=True)] in (5, 7)
-    assert equilibrium_class(autonomous({"x": "-(x - 2)*(x - 5)"}, {"x": 4.9})).equilibrium == {
+    assert equilibrium_stability(autonomous({"x": "-(x - 2)*(x - 5)"}, {"x": 4.9})).equilibrium == {
         sp.Symbol("x", real=True): 5
     }
 
 
 def test_equilibrium_in_decimals_supports_but_does_not_prove() -> None:
-    found = equilibrium_class(autonomous({"x": "y", "y": "1 - x - y - x**3*exp(x)"}))
+    found = equilibrium_stability(autonomous({"x": "y", "y": "1 - x - y - x**3*exp(x)"}))
     assert found.stability == "exponential"
     assert found.verdict.status is Status.SUPPORTED
 
 
 @pytest.mark.parametrize("rates", [{"x": "1 + x**2"}, {"x": "-x*abs(x)"}, {"x": "y", "y": "-x*(1 + z)", "z": "-z**3"}])
 def test_what_cannot_be_decided_says_why(rates: dict[str, str]) -> None:
-    found = equilibrium_class(autonomous(rates))
+    found = equilibrium_stability(autonomous(rates))
     assert found.stability is StabilityClass.UNDECIDED
     assert found.verdict.status is Status.UNDECIDED
     assert found.verdict.evidence
 
 
 def test_signs_of_parameters_without_values_come_from_their_ranges() -> None:
-    assert equilibrium_class(autonomous({"x": "-a*x"}, a={"range": [0, 5]})).stability == "exponential"
-    assert equilibrium_class(autonomous({"x": "-a*x"}, a={"range": [-5, 0]})).stability == "unstable"
-    assert equilibrium_class(autonomous({"x": "-a*x"}, a={})).stability == "undecided"
-    assert equilibrium_class(autonomous({"x": "-a*x"}, a={"value": -2})).stability == "unstable"
+    assert equilibrium_stability(autonomous({"x": "-a*x"}, a={"range": [0, 5]})).stability == "exponential"
+    assert equilibrium_stability(autonomous({"x": "-a*x"}, a={"range": [-5, 0]})).stability == "unstable"
+    assert equilibrium_stability(autonomous({"x": "-a*x"}, a={})).stability == "undecided"
+    assert equilibrium_stability(autonomous({"x": "-a*x"}, a={"value": -2})).stability == "unstable"
 
 
 def test_system_with_inputs_is_refused() -> None:
     plant = system_from_mapping({"name": "plant", "states": {"x": "u"}, "inputs": {"u": {}}})
     with pytest.raises(UlnaError, match="has inputs"):
-        equilibrium_class(plant)
+        equilibrium_stability(plant)
 
 
 small = st.integers(-2, 2)
@@ -151,7 +151,7 @@ def test_class_does_not_depend_on_coordinates(a: int, b: int, c: int, sign: int,
     mixed = {"p": str(sp.expand((rate_x + rate_y).subs({x: p - q, y: q}, simultaneous=True)))}
     mixed["q"] = str(sp.expand(rate_y.subs({x: p - q, y: q}, simultaneous=True)))
     expected = "asymptotic" if power % 2 and sign < 0 else "unstable"
-    assert equilibrium_class(autonomous(mixed)).stability == expected
+    assert equilibrium_stability(autonomous(mixed)).stability == expected
 
 
 @given(
@@ -216,6 +216,6 @@ def test_centre_manifold_satisfies_its_invariance_condition() -> None:
 
 def test_a_steady_drift_is_named_as_the_reason_for_no_equilibrium():
     system = system_from_mapping({"format": 1, "name": "drift", "states": {"x1": "-x1", "x2": "-1/2"}})
-    found = equilibrium_class(system)
+    found = equilibrium_stability(system)
     assert found.stability == "undecided"
     assert "x2' = -1/2" in str(found.verdict.evidence["reason"])

@@ -11,24 +11,17 @@ from sympy.utilities.iterables import strongly_connected_components
 
 from ulna.base.errors import PlantError
 from ulna.base.verdict import Verdict
-from ulna.design.internal.base_point import base_point
 from ulna.design.internal.critical_class import BlockClass, StabilityClass, block_class
-from ulna.symbolic.exact.budget import attempt, time_budget
-from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.symbolic.solving.level_set import ball_at
+from ulna.symbolic.exact.budget import time_budget
 from ulna.symbolic.solving.root_location import eigenvalue_location
-from ulna.symbolic.solving.roots import solutions
-from ulna.system.affine import NON_SMOOTH
-from ulna.system.system import System
+from ulna.system import NON_SMOOTH, Equilibrium, System, equilibrium, equilibrium_in_numbers, known_signs
 
-_QUICK = SampledZero(seconds=0.3)
-_SOLVE_SECONDS = 1.0
 _DIGITS = 40
 _CLAIM = "the stability class of the equilibrium is known"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EquilibriumClass:
+class EquilibriumStability:
     """How an equilibrium is stable, and why.
 
     Attributes:
@@ -46,13 +39,9 @@ class EquilibriumClass:
     verdict: Verdict
 
 
-class _NoEquilibriumError(Exception):
-    """Says in words why."""
-
-
-def equilibrium_class(
+def equilibrium_stability(
     system: System, *, near: Mapping[sp.Symbol, sp.Expr] | None = None, seconds: float = 5.0
-) -> EquilibriumClass:
+) -> EquilibriumStability:
     """The class of the equilibrium at a point, or of the one nearest to it; parameters at their values.
 
     Strongly connected blocks of equations are judged one by one, each with the blocks before it at rest (a cascade
@@ -75,29 +64,29 @@ def equilibrium_class(
         verdict = Verdict.proved("the equilibrium is exponentially stable", reason="there are no states")
         return _answer(system, {}, StabilityClass.EXPONENTIAL, (), verdict)
     with time_budget(seconds):
-        return _classified(system, base_point(system).states if near is None else near)
+        return _classified(system, equilibrium_in_numbers(system).states if near is None else near)
     verdict = Verdict.undecided(_CLAIM, tried=f"out of time after {seconds:g} s")
     return _answer(system, {}, StabilityClass.UNDECIDED, (), verdict)
 
 
-def _classified(system: System, near: Mapping[sp.Symbol, sp.Expr]) -> EquilibriumClass:
+def _classified(system: System, near: Mapping[sp.Symbol, sp.Expr]) -> EquilibriumStability:
     valued = system.with_values()
-    rates, signs = _with_known_signs(system, valued.inline(valued.rates))
+    signs = known_signs(valued)
+    rates = [r.xreplace(signs) for r in valued.inline(valued.rates)]
     x = list(system.state_symbols)
     rough = [r for r in rates if r.has(*NON_SMOOTH)]
     if rough:
         verdict = Verdict.undecided(_CLAIM, tried=f"{rough[0]} is not smooth")
         return _answer(system, {}, StabilityClass.UNDECIDED, (), verdict)
-    start = {z: near.get(z, sp.Integer(0)).xreplace({**system.values, **signs}) for z in x}
     try:
-        point, exact = _equilibrium(rates, x, start)
-    except _NoEquilibriumError as reason:
-        verdict = Verdict.undecided(_CLAIM, reason=str(reason))
+        found = equilibrium(system, near=near, exact=True, digits=_DIGITS)
+    except PlantError as error:
+        verdict = Verdict.undecided(_CLAIM, reason=error.found)
         return _answer(system, {}, StabilityClass.UNDECIDED, (), verdict)
-    back = {d: s for s, d in signs.items()}
-    shown = {z: v.xreplace(back) for z, v in point.items()}
-    if not exact:
-        return _approximate(system, rates, x, shown)
+    shown = dict(found.states)
+    if not found.exact:
+        return _approximate(system, rates, x, found)
+    point = {z: v.xreplace(signs) for z, v in shown.items()}
     moved = {z: z + v for z, v in point.items()}
     shifted = [r.xreplace(moved) if any(v != 0 for v in point.values()) else r for r in rates]
     blocks = _blocks(shifted, x)
@@ -114,8 +103,8 @@ def _answer(
     stability: StabilityClass,
     eigenvalues: tuple[str, ...],
     verdict: Verdict,
-) -> EquilibriumClass:
-    return EquilibriumClass(
+) -> EquilibriumStability:
+    return EquilibriumStability(
         system=system,
         equilibrium=dict(equilibrium),
         stability=stability,
@@ -138,66 +127,21 @@ def _verdict(stability: StabilityClass, evidence: Mapping[str, Any]) -> Verdict:
     return Verdict.proved(_SAID[stability], **evidence)
 
 
-def _with_known_signs(system: System, rates: Sequence[sp.Expr]) -> tuple[list[sp.Expr], dict[sp.Symbol, sp.Symbol]]:
-    """Parameters without a value but with a bound of one sign become symbols that know it."""
-    signs = {}
-    for parameter in system.parameters:
-        if parameter.value is None and parameter.lower is not None and parameter.lower >= 0:
-            signs[parameter.symbol] = sp.Symbol(parameter.name, positive=True)
-        elif parameter.value is None and parameter.upper is not None and parameter.upper <= 0:
-            signs[parameter.symbol] = sp.Symbol(parameter.name, negative=True)
-    return [r.xreplace(signs) for r in rates], signs
-
-
-def _equilibrium(
-    rates: Sequence[sp.Expr], x: Sequence[sp.Symbol], start: Mapping[sp.Symbol, sp.Expr]
-) -> tuple[dict[sp.Symbol, sp.Expr], bool]:
-    """The point itself if the system rests there, else the nearest equilibrium; False with it if it is a decimal."""
-    here = [r.xreplace(dict(start)) for r in rates]
-    if not any(e.has(sp.nan, sp.zoo, sp.oo) for e in here) and all(is_zero(e, test=_QUICK).holds for e in here):
-        return dict(start), True
-    for z, rate in zip(x, rates, strict=True):
-        if not rate.has(*x) and not is_zero(rate, test=_QUICK).holds:
-            raise _NoEquilibriumError(f"there is no equilibrium: {z}' = {rate} everywhere")
-    best: tuple[Any, dict[sp.Symbol, sp.Expr]] | None = None
-    for solution in solutions(rates, x, seconds=_SOLVE_SECONDS):
-        point = {z: solution.get(z, z).xreplace(dict(start)) for z in x}
-        distance = _distance(point, start)
-        if distance is not None and (best is None or distance < best[0]):
-            best = distance, point
-    if best is not None:
-        return best[1], True
-    if any(r.free_symbols - set(x) for r in rates):
-        raise _NoEquilibriumError("no equilibrium was found for parameters without values")
-    guess = [sp.Float(start[z], _DIGITS) for z in x]
-    found = attempt(_SOLVE_SECONDS, "Newton", sp.nsolve, list(rates), list(x), guess, prec=_DIGITS)
-    if found.value is None:
-        raise _NoEquilibriumError("no equilibrium was found near the point")
-    return {z: sp.Rational(str(v)) for z, v in zip(x, found.value, strict=True)}, False
-
-
-def _distance(point: Mapping[sp.Symbol, sp.Expr], start: Mapping[sp.Symbol, sp.Expr]) -> Any:
-    """Distance squared as a ball; None where the point is not real."""
-    if any(v.has(sp.I, sp.nan, sp.zoo, sp.oo) for v in point.values()):
-        return None
-    gap = sp.Add(*((v - start[z]) ** 2 for z, v in point.items()))
-    stand_in = {s: sp.Rational(7, 5) if s.is_positive else sp.Rational(-7, 5) for s in gap.free_symbols}
-    ball = ball_at(gap, stand_in)
-    return ball if ball.is_finite() else None
-
-
 def _approximate(
-    system: System, rates: Sequence[sp.Expr], x: Sequence[sp.Symbol], point: Mapping[sp.Symbol, sp.Expr]
-) -> EquilibriumClass:
-    """Eigenvalues at an equilibrium known to 40 digits only: clear of the axis they decide, as support."""
-    A = sp.Matrix(list(rates)).jacobian(list(x)).xreplace(dict(point)).evalf(_DIGITS)
+    system: System, rates: Sequence[sp.Expr], x: Sequence[sp.Symbol], found: Equilibrium
+) -> EquilibriumStability:
+    """Eigenvalues at an equilibrium known in decimals only: clear of the axis they decide, as support."""
+    point, digits = dict(found.states), found.verdict.evidence["digits"]
+    A = sp.Matrix(list(rates)).jacobian(list(x)).xreplace(point).evalf(digits)
     location = eigenvalue_location(A.applyfunc(lambda e: sp.Rational(str(e))))
     real = [abs(float(sp.re(sp.sympify(r.replace("i", "*I"))))) for r in location.roots]  # noqa: TID251
-    if not location.verdict.holds or not real or min(real) < 1e-9:
+    if (
+        not location.verdict.holds or not real or min(real) < max(1e-9, 10 ** (-digits / 4))
+    ):  # fourfold roots move that far
         verdict = Verdict.undecided(_CLAIM, tried="an equilibrium in decimals with eigenvalues next to the axis")
         return _answer(system, point, StabilityClass.UNDECIDED, location.roots, verdict)
     stability = StabilityClass.UNSTABLE if location.unstable else StabilityClass.EXPONENTIAL
-    verdict = Verdict.supported(_SAID[stability], eigenvalues=location.roots, equilibrium=dict(point), digits=_DIGITS)
+    verdict = Verdict.supported(_SAID[stability], eigenvalues=location.roots, equilibrium=point, digits=digits)
     return _answer(system, point, stability, location.roots, verdict)
 
 

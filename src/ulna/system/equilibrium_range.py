@@ -1,37 +1,22 @@
-"""All equilibria of a system in its ranges: by elimination and interval arithmetic where one equation remains."""
+"""`equilibria`: all of a system in a range, by elimination and interval arithmetic where one equation remains."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import sympy as sp
 
 from ulna.base.errors import PlantError
 from ulna.base.verdict import Verdict
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.solving.roots import eliminate, real_roots
-from ulna.system.linearise import linearise
+from ulna.system.equilibrium_point import Equilibrium, as_point
+from ulna.system.holder import SystemLike, as_system
 from ulna.system.system import System
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Equilibrium:
-    """A point where every rate vanishes.
-
-    Attributes:
-        states: SI value by state name; eigenvalues: (n,) of the linearisation there, sorted by real part, last first.
-    """
-
-    states: Mapping[str, float]
-    eigenvalues: tuple[complex, ...]
-
-    @property
-    def stable(self) -> bool:
-        """Whether every eigenvalue lies in the open left half-plane (exponential stability)."""
-        return all(v.real < 0 for v in self.eigenvalues)
+_DIGITS = 15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,9 +26,15 @@ class Equilibria:
     points: tuple[Equilibrium, ...]
     complete: Verdict
 
+    def __iter__(self) -> Iterator[Equilibrium]:
+        return iter(self.points)
+
+    def __len__(self) -> int:
+        return len(self.points)
+
 
 def equilibria(
-    system: System, within: Mapping[str, tuple[float, float]], inputs: Mapping[str, Any] | None = None
+    system: SystemLike, within: Mapping[str, tuple[float, float]], inputs: Mapping[str, Any] | None = None
 ) -> Equilibria:
     """Every equilibrium with the state named in `within` inside its range.
 
@@ -55,25 +46,30 @@ def equilibria(
     Raises:
         PlantError: for parameters without value, or when the rates cannot be reduced to one equation.
     """
+    given = as_system(system)
     ((name, (lower, upper)),) = within.items()
-    numeric = system.with_values()
+    numeric = given.with_values()
     if numeric.parameters:
         names = ", ".join(p.name for p in numeric.parameters)
-        raise PlantError(f"equilibria of '{system.name}'", f"parameters without a value: {names}.", "Give them values.")
-    held = {s.symbol: sp.nsimplify((inputs or {}).get(s.name, 0), rational=True) for s in system.inputs}
+        raise PlantError(f"equilibria of '{given.name}'", f"parameters without a value: {names}.", "Give them values.")
+    held = {**dict.fromkeys(given.input_symbols, sp.Integer(0)), **as_point(given, inputs or {})}
     unknown = sp.Symbol(name, real=True)
-    others = [s for s in system.state_symbols if s != unknown]
-    rates = [r.subs(held) for r in numeric.rates]
-    equation, rest = _one_equation(system, rates, unknown, others)
+    others = [s for s in given.state_symbols if s != unknown]
+    equation, rest = _one_equation(given, [r.subs(held) for r in numeric.rates], unknown, others)
     found = real_roots(equation, unknown, float(lower), float(upper))
     points = []
     for root in found.values:
         values = {unknown: sp.Float(root, 30), **{s: e.subs(unknown, sp.Float(root, 30)) for s, e in rest.items()}}
-        jacobian = np.array(linearise(numeric, {**values, **held}).A.evalf(), dtype=float)
-        eigenvalues = sorted(np.linalg.eigvals(jacobian), key=lambda v: (-v.real, v.imag))
-        states = {s.name: float(values[s]) for s in system.state_symbols}
-        points.append(Equilibrium(states=states, eigenvalues=tuple(complex(v) for v in eigenvalues)))
-    claim = f"'{system.name}' has exactly {len(points)} equilibria with {lower:g} <= {name} <= {upper:g}"
+        points.append(
+            Equilibrium(
+                system=given,
+                states={s: sp.Rational(str(sp.N(values[s], _DIGITS))) for s in given.state_symbols},
+                inputs=held,
+                verdict=Verdict.supported(f"'{given.name}' rests there", method="interval arithmetic", digits=_DIGITS),
+                parameters=given.values,
+            )
+        )
+    claim = f"'{given.name}' has exactly {len(points)} equilibria with {lower:g} <= {name} <= {upper:g}"
     return Equilibria(points=tuple(points), complete=found.complete(claim))
 
 
