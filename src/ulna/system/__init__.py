@@ -1,7 +1,7 @@
 """`System` and what is made of one: its file, its control-affine view, its linearisation; `connect` joins systems."""
 
 from ulna.system.affine import NON_SMOOTH, ControlAffine, control_affine, non_smooth_terms
-from ulna.system.connect import connect
+from ulna.system.connection import connect
 from ulna.system.equilibrium_point import Equilibrium, PointLike
 from ulna.system.equilibrium_range import Equilibria, equilibria
 from ulna.system.equilibrium_search import equilibrium

@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 from ulna.base.errors import DesignError
 from ulna.design.control.law import Law
-from ulna.system.connect import connect
+from ulna.system import connect
 from ulna.system.system import System
 
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ulna.base.errors import PlantError
+from ulna.base.errors import PlantError, UnitError
+from ulna.base.units import dimension_text, unit
 from ulna.system.holder import SystemLike, as_system
-from ulna.system.signal import Definition, Parameter, Signal
+from ulna.system.signal import Definition, Parameter, Signal, from_si, to_si
 from ulna.system.system import System
 
 
@@ -23,6 +24,30 @@ class _Part:
 
     def own(self, expression: sp.Expr) -> sp.Expr:
         return expression.xreplace(dict(self.renamed))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _End:
+    """An end of a wire: what messages call it, its signal, and its value in the whole."""
+
+    label: str
+    signal: Signal
+    value: sp.Expr
+
+    def as_seen_by(self, taker: _End) -> sp.Expr:
+        """The value in the unit of the input that takes it."""
+        here, there = self.signal.unit, taker.signal.unit
+        if not (here and there) or here == there:
+            return self.value
+        dimensions = unit(here).dimension, unit(there).dimension
+        if dimensions[0] != dimensions[1]:
+            raise UnitError(
+                f"wire from '{self.label}' to '{taker.label}'",
+                f"'{self.label}' is in {here} ({dimension_text(dimensions[0])}), "
+                f"'{taker.label}' in {there} ({dimension_text(dimensions[1])}).",
+                "Wire signals of one dimension, or put a part with the right factor between them.",
+            )
+        return from_si(to_si(self.value, here), there)
 
 
 def connect(
@@ -42,14 +67,16 @@ def connect(
         outputs: `"part.output"` or `"part.input"` (the wired signal) names that the whole shows.
         name: the whole's name.
 
-    A name that two parts share gets its part's key as a prefix, except a parameter that both hold alike.
+    A name that two parts share gets its part's key as a prefix, except a parameter that both hold alike. A wire
+    between units of one dimension converts (degrees to rad); a signal without a unit fits every other.
 
     Raises:
         PlantError: for an unknown end of a wire or an algebraic loop (the signals are named).
+        UnitError: for a wire between units of different dimensions.
     """
     placed = _place({key: as_system(part) for key, part in parts.items()})
     sources = {f"{key}.{o.name}": (key, i) for key, part in placed.items() for i, o in enumerate(part.system.outputs)}
-    externals: dict[str, Signal] = {}
+    externals: dict[str, _End] = {}
     wired: dict[tuple[str, str], tuple[str, int]] = {}
     for key, part in placed.items():
         for signal in part.system.inputs:
@@ -61,25 +88,33 @@ def connect(
                     f"wire '{key}.{signal.name}'", f"there is no output '{end}'.", f"Known: {', '.join(sources)}."
                 )
             else:
-                externals.setdefault(end, replace(signal, name=end))
+                externals[end] = _outer_end(externals.get(end), end, f"{key}.{signal.name}", signal, part)
     for end in wires:
         key, _, signal_name = end.partition(".")
         if key not in placed or signal_name not in {s.name for s in placed[key].system.inputs}:
             raise PlantError(f"wire '{end}'", "there is no such input.", f"Parts: {', '.join(parts)}.")
-    definitions, meaning = _wire(placed, wires, wired)
+    definitions, meaning = _wire(placed, wires, wired, externals)
     shown = [_shown(placed, meaning, label) for label in outputs]
     return System(
         name=name,
         text=text,
         states=tuple(replace(s, name=p.renamed[s.symbol].name) for p in placed.values() for s in p.system.states),
         rates=tuple(p.own(r) for p in placed.values() for r in p.system.rates),
-        inputs=tuple(externals.values()),
+        inputs=tuple(end.signal for end in externals.values()),
         outputs=tuple(s for s, _ in shown),
         readouts=tuple(e for _, e in shown),
         parameters=_parameters(placed),
         definitions=definitions,
         operating_point=_points(placed),
     )
+
+
+def _outer_end(known: _End | None, name: str, label: str, signal: Signal, part: _Part) -> _End:
+    """An external input: as the part has it that keeps its name, else as the first with a unit."""
+    value = sp.Symbol(name, real=True)
+    if known is not None and not (signal.unit and (part.renamed[signal.symbol] == value or not known.signal.unit)):
+        return known
+    return _End(label=f"{name} ({label})", signal=replace(signal, name=name), value=value)
 
 
 def _place(parts: Mapping[str, System]) -> dict[str, _Part]:
@@ -113,6 +148,7 @@ def _wire(
     placed: Mapping[str, _Part],
     wires: Mapping[str, str],
     wired: Mapping[tuple[str, str], tuple[str, int]],
+    externals: Mapping[str, _End],
 ) -> tuple[tuple[Definition, ...], dict[tuple[str, str], sp.Symbol]]:
     """Definitions of all parts and wires in an order in which each uses only earlier ones, implicit ones last."""
     pending: dict[sp.Symbol, sp.Expr] = {}
@@ -130,11 +166,13 @@ def _wire(
             meaning[key, signal.name] = here
             if (key, signal.name) in wired:
                 source_key, index = wired[key, signal.name]
-                pending[here] = placed[source_key].own(placed[source_key].system.readouts[index])
+                source, readout = placed[source_key].system.outputs[index], placed[source_key].system.readouts[index]
+                end = _End(label=f"{source_key}.{source.name}", signal=source, value=placed[source_key].own(readout))
             else:
-                outer = sp.Symbol(wires.get(f"{key}.{signal.name}", signal.name), real=True)
-                if outer != here:
-                    pending[here] = outer
+                end = externals[wires.get(f"{key}.{signal.name}", signal.name)]
+            value = end.as_seen_by(_End(label=f"{key}.{signal.name}", signal=signal, value=here))
+            if value != here:
+                pending[here] = value
     ordered: list[Definition] = []
     while pending:
         ready = [s for s, e in pending.items() if not (e.free_symbols & pending.keys())]
