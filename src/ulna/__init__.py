@@ -17,9 +17,14 @@ if TYPE_CHECKING:
     from ulna.base import UlnaError as UlnaError
     from ulna.base import UlnaWarning as UlnaWarning
     from ulna.base import Verdict as Verdict
+    from ulna.design import AbstractGainRule as AbstractGainRule
     from ulna.design import Analysis as Analysis
+    from ulna.design import Answer as Answer
     from ulna.design import ClosedLoop as ClosedLoop
     from ulna.design import Compensator as Compensator
+    from ulna.design import Controller as Controller
+    from ulna.design import HighGain as HighGain
+    from ulna.design import KalmanNoise as KalmanNoise
     from ulna.design import Law as Law
     from ulna.design import LinearisingForm as LinearisingForm
     from ulna.design import LinearQuadratic as LinearQuadratic
@@ -32,6 +37,7 @@ if TYPE_CHECKING:
     from ulna.design import analyse as analyse
     from ulna.design import close_loop as close_loop
     from ulna.design import compensator as compensator
+    from ulna.design import controller_for as controller_for
     from ulna.design import controller_form as controller_form
     from ulna.design import dynamic_extension as dynamic_extension
     from ulna.design import exact_observer as exact_observer
@@ -103,10 +109,12 @@ if TYPE_CHECKING:
     from ulna.system import write_system as write_system
 
 _HOME = {
+    "AbstractGainRule": "ulna.design",
     "accessibility": "ulna.geometry",
     "accessible_decomposition": "ulna.geometry",
     "analyse": "ulna.design",
     "Analysis": "ulna.design",
+    "Answer": "ulna.design",
     "close_loop": "ulna.design",
     "ClosedLoop": "ulna.design",
     "Compensator": "ulna.design",
@@ -115,6 +123,8 @@ _HOME = {
     "Continuous": "ulna.sim",
     "control_affine": "ulna.system",
     "ControlAffine": "ulna.system",
+    "Controller": "ulna.design",
+    "controller_for": "ulna.design",
     "controller_form": "ulna.design",
     "Crossing": "ulna.sim",
     "Definition": "ulna.system",
@@ -134,10 +144,12 @@ _HOME = {
     "flat_output": "ulna.design",
     "from_control": "ulna.sim.python_control",
     "high_gain_observer": "ulna.design",
+    "HighGain": "ulna.design",
     "injected_observer": "ulna.design",
     "input_output_form": "ulna.design",
     "integrate": "ulna.geometry",
     "involutive": "ulna.geometry",
+    "KalmanNoise": "ulna.design",
     "Law": "ulna.design",
     "lie_bracket": "ulna.geometry",
     "lie_derivative": "ulna.geometry",
@@ -145,8 +157,8 @@ _HOME = {
     "linearise": "ulna.system",
     "LinearisingForm": "ulna.design",
     "LinearQuadratic": "ulna.design",
-    "Metrics": "ulna.sim",
     "metrics": "ulna.sim",
+    "Metrics": "ulna.sim",
     "Model": "ulna.models",
     "model": "ulna.models",
     "models": "ulna.models",

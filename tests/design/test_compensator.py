@@ -4,6 +4,7 @@ import sympy as sp
 
 from ulna.base import DesignError, UlnaWarning
 from ulna.design import (
+    KalmanNoise,
     LinearQuadratic,
     Poles,
     Regulate,
@@ -151,7 +152,7 @@ def test_two_chains_get_their_own_poles():
     "observer",
     [
         lambda: high_gain_observer(ARM, Poles(-1, -2, -3), time_scale="1/20"),
-        lambda: extended_kalman_filter(ARM, process_noise=[0, 1, 100], measurement_noise=["1/10000"]),
+        lambda: extended_kalman_filter(ARM, KalmanNoise(process=[0, 1, 100], measurement=["1/10000"])),
     ],
     ids=["high gain", "extended Kalman"],
 )

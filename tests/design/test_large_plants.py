@@ -10,7 +10,7 @@ from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame
 
 from ulna.base import NoFormError, PlantError
 from ulna.design.analysis.analysis import analyse
-from ulna.design.analysis.large_questions import large_findings
+from ulna.design.analysis.numeric_answers import answers_in_numbers
 from ulna.design.forms.compiled_law import compiled_law
 from ulna.geometry.relative_degree import relative_degree
 from ulna.models import model
@@ -132,7 +132,7 @@ def test_under_the_law_the_fourth_derivatives_are_the_new_inputs(links):
 )
 def test_both_roads_answer_alike(plant):
     system = system_from_mapping(plant)
-    symbolic, numeric = analyse(system), large_findings(system, KEYS)
+    symbolic, numeric = analyse(system), answers_in_numbers(system, KEYS)
     for key in KEYS:
         assert numeric[key].value == symbolic[key].value, key
         assert numeric[key].verdict.status in ("supported", "refuted"), key

@@ -10,7 +10,7 @@ from ulna.models.anthropometry import (
 )
 from ulna.models.arm import Brake, Forearm, Friction, SelfLocking, measured_forearm, rod
 from ulna.models.battery import Battery, voltage_range
-from ulna.models.catalogue import Model, as_plant, model, models
+from ulna.models.catalogue import Model, PlantLike, as_plant, model, models
 from ulna.models.drive import BackDriven
 from ulna.models.driven_arm import DrivenArm, arm_with_drive, driven_arm, with_meters
 from ulna.models.load_estimate import LoadEstimate, load_estimate
@@ -31,6 +31,7 @@ __all__ = [
     "Limits",
     "LoadEstimate",
     "Model",
+    "PlantLike",
     "Preset",
     "RangeOfMotion",
     "SelfLocking",

@@ -12,7 +12,7 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 from ulna.base.errors import PlantError
 from ulna.system import System, SystemLike, as_system, read_system, system_from_mapping
@@ -61,7 +61,11 @@ def models() -> tuple[Model, ...]:
     return tuple(rows)
 
 
-def as_plant(given: SystemLike | str | os.PathLike[str]) -> System:
+PlantLike: TypeAlias = SystemLike | str | os.PathLike[str]
+"""What every verb accepts where a plant is meant."""
+
+
+def as_plant(given: PlantLike) -> System:
     """The plant that is meant: by its name in the catalogue, by its file, or as in `as_system`.
 
     A text that ends in .toml or .json, or is the path of a file, is a file; any other is a name.

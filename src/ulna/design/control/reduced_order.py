@@ -13,6 +13,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import DesignError, Verdict
+from ulna.models import PlantLike, as_plant
 from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.solving.roots import solutions
@@ -45,7 +46,7 @@ class ReducedOrder:
     verdict: Verdict
 
 
-def reduced_order(system: System, fast: Sequence[str], *, period: float | None = None) -> ReducedOrder:
+def reduced_order(system: PlantLike, fast: Sequence[str], *, period: float | None = None) -> ReducedOrder:
     """The slow plant x' = f(x, φ(x, u), u), where z = φ(x, u) solves the fast rates g(x, z, u) = 0 exactly.
 
     By Tikhonov's theorem its motion differs from the plant's by O(ε), ε the ratio of fast to slow times, where the
@@ -60,6 +61,7 @@ def reduced_order(system: System, fast: Sequence[str], *, period: float | None =
     Raises:
         DesignError: for unknown names, or fast rates that do not determine the fast states uniquely.
     """
+    system = as_plant(system)
     symbols = _fast_symbols(system, fast)
     rates = dict(zip(system.state_symbols, system.inline(system.rates), strict=True))
     manifold = _quasi_steady(system, [rates[s] for s in symbols], symbols)

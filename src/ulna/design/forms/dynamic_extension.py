@@ -10,6 +10,7 @@ import sympy as sp
 
 from ulna.base.verdict import Status, Verdict
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
+from ulna.models import PlantLike, as_plant
 from ulna.symbolic.exact.budget import time_budget
 from ulna.symbolic.exact.linear import in_span, solve_linear
 from ulna.symbolic.exact.rank import generic_rank, rank_at
@@ -80,7 +81,7 @@ class _Compression:
 
 
 def dynamic_extension(
-    system: System, *, outputs: Sequence[sp.Expr] | None = None, seconds: float = 8.0
+    system: PlantLike, *, outputs: Sequence[sp.Expr] | None = None, seconds: float = 8.0
 ) -> DynamicExtension:
     """The dynamic extension algorithm for a square plant with two or more inputs.
 
@@ -97,6 +98,7 @@ def dynamic_extension(
         does: Charlet, Lévine and Marino, Systems & Control Letters 13 (1989)) and for plants whose outputs cannot be
         steered independently.
     """
+    system = as_plant(system)
     functions = tuple(control_affine(system).h) if outputs is None else tuple(outputs)
     m = len(system.inputs)
     refusal = _refusal(system, len(functions))

@@ -19,6 +19,7 @@ from ulna.base import Verdict, all_of
 from ulna.geometry.accessibility import Accessibility, accessibility
 from ulna.geometry.distribution import filtration, involutive
 from ulna.geometry.lie import lie_bracket
+from ulna.models import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.system import equilibrium
@@ -52,14 +53,18 @@ class Linearisability:
         return self.accessibility.indices
 
 
-@lru_cache(maxsize=32)
-def linearisability(system: System) -> Linearisability:
+def linearisability(system: PlantLike) -> Linearisability:
     """Judge full-state linearisability; no output is needed and none is used.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if a field is not smooth.
     """
+    return _linearisability(as_plant(system))
+
+
+@lru_cache(maxsize=32)
+def _linearisability(system: System) -> Linearisability:
     found = accessibility(system)
     involution = _all_involutive(found)
     claim = f"'{system.name}' is full-state linearisable"

@@ -23,6 +23,7 @@ from ulna.geometry.integrate_form import integrate
 from ulna.geometry.lie import lie_derivative
 from ulna.geometry.oneform import closed, one_form
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
+from ulna.models import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.elimination import null_space
 from ulna.symbolic.exact.linear import inverse_last_row
@@ -57,14 +58,18 @@ class LinearisingOutputs:
     verdict: Verdict
 
 
-@lru_cache(maxsize=32)
-def linearising_outputs(system: System) -> LinearisingOutputs:
+def linearising_outputs(system: PlantLike) -> LinearisingOutputs:
     """Find outputs for which the plant is exactly linearisable by feedback.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if a field is not smooth.
     """
+    return _linearising_outputs(as_plant(system))
+
+
+@lru_cache(maxsize=32)
+def _linearising_outputs(system: System) -> LinearisingOutputs:
     conditions = linearisability(system)
     claim = f"'{system.name}' has linearising outputs"
     if not conditions.verdict.holds:

@@ -14,6 +14,7 @@ from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_sym
 from ulna.geometry.distribution import distribution
 from ulna.geometry.frobenius import first_integrals
 from ulna.geometry.lie import lie_derivative
+from ulna.models import PlantLike
 from ulna.symbolic.exact.rank import generic_rank, minor_determinant, rank_at
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, are_zero, is_zero
@@ -59,7 +60,7 @@ class NormalForm:
         return self.map._repr_latex_()
 
 
-def normal_form(system: System, *, seconds: float = 4.0) -> NormalForm:
+def normal_form(system: PlantLike, *, seconds: float = 4.0) -> NormalForm:
     """The normal form of a square plant whose decoupling matrix is generically invertible.
 
     Internal coordinates are sought among the functions that are constant along the input fields: states, then simple
@@ -73,6 +74,7 @@ def normal_form(system: System, *, seconds: float = 4.0) -> NormalForm:
         NoFormError: if there is no input-output form.
     """
     form = input_output_form(system)
+    system = form.system
     view, point = form.view, equilibrium_in_numbers(system).where
     missing = form.internal_dimension
     internal: tuple[sp.Expr, ...] = ()

@@ -18,6 +18,7 @@ from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_sym
 from ulna.geometry.integrate_form import exact_potential
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.oneform import one_form
+from ulna.models import PlantLike, as_plant
 from ulna.symbolic.exact.linear import inverse
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
@@ -47,14 +48,18 @@ class StateLinearisation:
     offset: sp.ImmutableDenseMatrix | None = None
 
 
-@lru_cache(maxsize=32)
-def state_linearisation(system: System) -> StateLinearisation:
+def state_linearisation(system: PlantLike) -> StateLinearisation:
     """Judge linearisability by coordinates alone and integrate the coordinates.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if a field is not smooth.
     """
+    return _state_linearisation(as_plant(system))
+
+
+@lru_cache(maxsize=32)
+def _state_linearisation(system: System) -> StateLinearisation:
     found = accessibility(system)
     verdict = _verdict(system, found)
     if not verdict.holds:

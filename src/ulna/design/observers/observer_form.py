@@ -22,6 +22,7 @@ from ulna.design.observers.output_functions import OutputSection, output_section
 from ulna.design.observers.straightened import StraightenedPlant, straightened_plant
 from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
 from ulna.geometry.observability import Observability, observability
+from ulna.models import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.linear import inverse
 from ulna.symbolic.exact.simplify import tidy
@@ -109,18 +110,18 @@ class ObserverFormSearch:
     conditions: ObserverConditions | None
 
 
-def observer_form(system: System) -> ObserverForm:
+def observer_form(system: PlantLike) -> ObserverForm:
     """The observer form of a plant with one or many outputs.
 
     Raises:
         NoFormError: if there is none or none was found; `value` is the `ObserverFormSearch` that says why.
         NotAffineError: if the plant is not affine in its inputs.
     """
-    search = find_observer_form(system)
+    search = find_observer_form(as_plant(system))
     if search.form is not None:
         return search.form
     raise NoFormError(
-        f"observer form of '{system.name}'",
+        f"observer form of '{search.system.name}'",
         f"{explanation(search.verdict)}.",
         "Try an output transformation (transformed_observer_form), a high-gain observer or an extended Kalman filter.",
         value=search,

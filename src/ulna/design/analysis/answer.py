@@ -1,4 +1,4 @@
-"""A finding: a value with the verdict that vouches for it."""
+"""An answer: a value with the verdict that vouches for it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ulna.base import Status, UlnaError, Verdict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+class Answer:
     """The answer to one question.
 
     Attributes:
@@ -22,22 +22,22 @@ class Finding:
 
     def __bool__(self) -> NoReturn:
         raise UlnaError(
-            f"the truth of the finding '{self.verdict.claim}'",
-            f"it is {self.verdict.status}, with the value {self.value}: a finding is no yes or no by itself.",
+            f"the truth of the answer '{self.verdict.claim}'",
+            f"it is {self.verdict.status}, with the value {self.value}: an answer is no yes or no by itself.",
             "Ask .value, or .verdict.holds and .verdict.fails.",
         )
 
     def __repr__(self) -> str:
-        return f"Finding({self.value}, {self.verdict})"
+        return f"Answer({self.value}, {self.verdict})"
 
 
-def decided(verdict: Verdict) -> Finding:
-    """The finding of a yes/no question: True, False, or None while undecided."""
+def decided(verdict: Verdict) -> Answer:
+    """The answer to a yes/no question: True, False, or None while undecided."""
     value = None if verdict.status is Status.UNDECIDED else verdict.holds
-    return Finding(verdict=verdict, value=value)
+    return Answer(verdict=verdict, value=value)
 
 
-def not_applicable(key: str, reason: str, *, ran_out: bool = False) -> Finding:
-    """The finding of a question that could not be asked or answered, for want of time where `ran_out`."""
+def not_applicable(key: str, reason: str, *, ran_out: bool = False) -> Answer:
+    """The answer to a question that could not be asked or answered, for want of time where `ran_out`."""
     evidence = {"reason": reason} | ({"ran_out": True} if ran_out else {})
-    return Finding(verdict=Verdict.undecided(key.replace("_", " "), **evidence), value=None)
+    return Answer(verdict=Verdict.undecided(key.replace("_", " "), **evidence), value=None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from ulna.base import Verdict
-from ulna.design.analysis.findings import Finding, decided, not_applicable
+from ulna.design.analysis.answer import Answer, decided, not_applicable
 from ulna.design.forms.controller_form import controller_form
 from ulna.design.forms.dynamic_extension import dynamic_extension
 from ulna.design.forms.input_output import input_output_form
@@ -30,7 +30,7 @@ _NO_OUTPUT = "the plant has no output"
 _NO_INPUT = "the plant has no input"
 
 
-def outputs_answered(system: System) -> dict[str, Finding]:
+def outputs_answered(system: System) -> dict[str, Answer]:
     """Relative degree of the given outputs, generically and at the point, and their decoupling matrix."""
     if not system.outputs:
         return {
@@ -43,40 +43,40 @@ def outputs_answered(system: System) -> dict[str, Finding]:
         keys = ("relative_degree", "relative_degree_at_point", "decoupling_matrix")
         return {key: not_applicable(key, reason, ran_out=True) for key in keys}
     return {
-        "relative_degree": Finding(verdict=found.certainty, value=list(found.per_output)),
+        "relative_degree": Answer(verdict=found.certainty, value=list(found.per_output)),
         "relative_degree_at_point": decided(found.at_point),
-        "decoupling_matrix": Finding(verdict=found.invertible, value=found.decoupling.tolist()),
+        "decoupling_matrix": Answer(verdict=found.invertible, value=found.decoupling.tolist()),
     }
 
 
-def _inputs(system: System) -> dict[str, Finding]:
+def _inputs(system: System) -> dict[str, Answer]:
     found = accessibility(system)
     conditions = linearisability(system)
     return {
-        "controllability_rank": Finding(verdict=found.controllable, value=found.rank),
-        "controllability_rank_at_point": Finding(verdict=found.controllable_at_point, value=found.rank_at_point),
-        "distribution_dims": Finding(verdict=found.controllable, value=list(found.dimensions)),
+        "controllability_rank": Answer(verdict=found.controllable, value=found.rank),
+        "controllability_rank_at_point": Answer(verdict=found.controllable_at_point, value=found.rank_at_point),
+        "distribution_dims": Answer(verdict=found.controllable, value=list(found.dimensions)),
         "involutive": decided(conditions.involutive),
         "full_state_linearizable": decided(conditions.verdict),
         "linearizable_at_point": decided(conditions.at_point),
     }
 
 
-def _state_linearisation(system: System) -> dict[str, Finding]:
+def _state_linearisation(system: System) -> dict[str, Answer]:
     return {"state_linearizable": decided(state_linearisation(system).verdict)}
 
 
-def _linearisation(system: System) -> dict[str, Finding]:
+def _linearisation(system: System) -> dict[str, Answer]:
     found = linearising_outputs(system)
-    findings = {"linearizing_outputs": Finding(verdict=found.verdict, value=None)} | _last_row(system, found)
+    answers = {"linearizing_outputs": Answer(verdict=found.verdict, value=None)} | _last_row(system, found)
     if found.functions is None:
-        return findings | _input_output(system)
+        return answers | _input_output(system)
     form = controller_form(system, found.functions)
-    findings["linearizing_outputs"] = Finding(verdict=found.verdict, value=list(found.functions))
-    return findings | _transformation(form)
+    answers["linearizing_outputs"] = Answer(verdict=found.verdict, value=list(found.functions))
+    return answers | _transformation(form)
 
 
-def law_of_outputs(system: System) -> dict[str, Finding]:
+def law_of_outputs(system: System) -> dict[str, Answer]:
     """Transformation, law and singular set of the given outputs where they linearise the whole state; else nothing."""
     if not system.outputs or len(system.outputs) != len(system.inputs):
         return {}
@@ -84,11 +84,11 @@ def law_of_outputs(system: System) -> dict[str, Finding]:
     if not degree.invertible.holds or degree.total != len(system.states):
         return {}
     form = controller_form(system, degree.outputs)
-    given = Finding(verdict=form.verdict, value=list(degree.outputs))
+    given = Answer(verdict=form.verdict, value=list(degree.outputs))
     return {"linearizing_outputs": given} | _transformation(form)
 
 
-def _last_row(system: System, found: LinearisingOutputs) -> dict[str, Finding]:
+def _last_row(system: System, found: LinearisingOutputs) -> dict[str, Answer]:
     """Whether q, the last row of the inverse controllability matrix, is closed, and the factor that makes it so."""
     keys = ("q_closed", "integrating_factor")
     row = last_row(found)
@@ -98,31 +98,31 @@ def _last_row(system: System, found: LinearisingOutputs) -> dict[str, Finding]:
         return {key: not_applicable(key, reason) for key in keys}
     return {
         "q_closed": decided(row.closed),
-        "integrating_factor": Finding(verdict=found.verdict, value=row.factor),
+        "integrating_factor": Answer(verdict=found.verdict, value=row.factor),
     }
 
 
-def _transformation(form: LinearisingForm) -> dict[str, Finding]:
+def _transformation(form: LinearisingForm) -> dict[str, Answer]:
     inverse = None
     if form.map.inverse is not None:
         inverse = {x.name: e for x, e in zip(form.map.old, form.map.inverse, strict=True)}
     return {
-        "T": Finding(verdict=form.verdict, value=list(form.map.forward)),
-        "inverse": Finding(verdict=form.map.inverted, value=inverse),
-        "control": Finding(verdict=form.verdict, value=list(form.control)),
-        "singular_set": Finding(verdict=form.verdict, value=zero_set(form.singular, form.view.x)),
+        "T": Answer(verdict=form.verdict, value=list(form.map.forward)),
+        "inverse": Answer(verdict=form.map.inverted, value=inverse),
+        "control": Answer(verdict=form.verdict, value=list(form.control)),
+        "singular_set": Answer(verdict=form.verdict, value=zero_set(form.singular, form.view.x)),
     }
 
 
-def _input_output(system: System) -> dict[str, Finding]:
+def _input_output(system: System) -> dict[str, Answer]:
     """Law and singular set of the outputs, where the whole state cannot be linearised."""
     if not system.outputs or len(system.outputs) != len(system.inputs):
         return {}
     degree: RelativeDegree = relative_degree(system)
-    findings = {}
+    answers = {}
     if degree.singular is not None:
         value = zero_set(degree.singular, degree.view.x)
-        findings["singular_set"] = Finding(verdict=degree.invertible, value=value)
+        answers["singular_set"] = Answer(verdict=degree.invertible, value=value)
     if degree.invertible.holds:
         form = input_output_form(system)
         verdict = Verdict(
@@ -130,31 +130,31 @@ def _input_output(system: System) -> dict[str, Finding]:
             status=degree.invertible.status,
             evidence={"form": "input-output", "internal_dimension": form.internal_dimension},
         )
-        findings["control"] = Finding(verdict=verdict, value=list(form.control))
-    return findings
+        answers["control"] = Answer(verdict=verdict, value=list(form.control))
+    return answers
 
 
-def _observability(system: System) -> dict[str, Finding]:
+def _observability(system: System) -> dict[str, Answer]:
     if not system.outputs:
         return {k: not_applicable(k, _NO_OUTPUT) for k in ("observability_rank", "observability_rank_at_point")}
     found = observability(system)
     return {
-        "observability_rank": Finding(verdict=found.observable, value=found.rank.value),
-        "observability_rank_at_point": Finding(verdict=found.observable_at_point, value=found.at_point.value),
+        "observability_rank": Answer(verdict=found.observable, value=found.rank.value),
+        "observability_rank_at_point": Answer(verdict=found.observable_at_point, value=found.at_point.value),
     }
 
 
-def _observer(system: System) -> dict[str, Finding]:
+def _observer(system: System) -> dict[str, Answer]:
     if not system.outputs:
         return {"observer_form": not_applicable("observer_form", _NO_OUTPUT)}
     found = find_observer_form(system)
-    findings = {"observer_form": decided(found.verdict)}
+    answers = {"observer_form": decided(found.verdict)}
     if found.form is not None:
-        findings |= _observer_coordinates(found.form)
-    return findings
+        answers |= _observer_coordinates(found.form)
+    return answers
 
 
-def _output_transformation(system: System) -> dict[str, Finding]:
+def _output_transformation(system: System) -> dict[str, Answer]:
     """Whether ψ(y) helps; its coordinates take the place of the plain form's where only they exist."""
     if not system.outputs:
         return {key: not_applicable(key, _NO_OUTPUT) for key in ("observer_form_output_transform", "output_transform")}
@@ -164,34 +164,34 @@ def _output_transformation(system: System) -> dict[str, Finding]:
         at = dict(zip(found.symbols, system.inline(system.readouts), strict=True))
         here = equilibrium_in_numbers(system).where
         psi = [on_branch(function.xreplace(at), here) for function in found.functions]
-    findings = {
+    answers = {
         "observer_form_output_transform": decided(found.verdict),
-        "output_transform": Finding(verdict=found.verdict, value=psi[0] if psi and len(psi) == 1 else psi),
+        "output_transform": Answer(verdict=found.verdict, value=psi[0] if psi and len(psi) == 1 else psi),
     }
     if found.form is not None and find_observer_form(system).form is None:
-        findings |= _observer_coordinates(found.form)
-    return findings
+        answers |= _observer_coordinates(found.form)
+    return answers
 
 
-def _observer_coordinates(form: ObserverForm) -> dict[str, Finding]:
+def _observer_coordinates(form: ObserverForm) -> dict[str, Answer]:
     system = form.system
     # Whatever the plant calls its outputs: an answer is read by its symbols.
     y = new_symbols("y", len(form.y), (*system.input_symbols, *system.parameter_symbols), plain_if_one=True)
     injection = form.injection.xreplace(dict(zip(form.y, y, strict=True)))
     return {
-        "observer_T": Finding(verdict=form.verdict, value=list(form.map.forward)),
-        "observer_injection": Finding(verdict=form.verdict, value=list(injection)),
+        "observer_T": Answer(verdict=form.verdict, value=list(form.map.forward)),
+        "observer_injection": Answer(verdict=form.verdict, value=list(injection)),
     }
 
 
-def _zero_dynamics(system: System) -> dict[str, Finding]:
+def _zero_dynamics(system: System) -> dict[str, Answer]:
     keys = ("zero_dynamics", "minimum_phase")
     if not system.outputs or not system.inputs:
         return {key: not_applicable(key, _NO_INPUT if system.outputs else _NO_OUTPUT) for key in keys}
     found = zero_dynamics(system)
     if found.system is None:
         verdicts = (found.verdict, minimum_phase(found).verdict)
-        return {key: Finding(verdict=verdict, value=None) for key, verdict in zip(keys, verdicts, strict=True)}
+        return {key: Answer(verdict=verdict, value=None) for key, verdict in zip(keys, verdicts, strict=True)}
     value = {
         "manifold": {x.name: e for x, e in found.manifold.items()},
         "u": [found.inputs[u] for u in system.input_symbols if u in found.inputs],
@@ -201,21 +201,21 @@ def _zero_dynamics(system: System) -> dict[str, Finding]:
     }
     stability = minimum_phase(found)
     return {
-        "zero_dynamics": Finding(verdict=found.verdict, value=value),
-        "minimum_phase": Finding(
+        "zero_dynamics": Answer(verdict=found.verdict, value=value),
+        "minimum_phase": Answer(
             verdict=stability.verdict, value=None if stability.stability == "undecided" else str(stability.stability)
         ),
     }
 
 
-def _dynamic_extension(system: System) -> dict[str, Finding]:
+def _dynamic_extension(system: System) -> dict[str, Answer]:
     key = "dynamic_extension"
     if len(system.outputs) == len(system.inputs) > 1 and relative_degree(system).invertible.holds:
         verdict = Verdict.refuted("dynamic extension is needed", reason="the decoupling matrix is invertible already")
-        return {key: Finding(verdict=verdict, value=None)}
+        return {key: Answer(verdict=verdict, value=None)}
     found = dynamic_extension(system)
     if found.system is None:
-        return {key: Finding(verdict=found.verdict, value=None)}
+        return {key: Answer(verdict=found.verdict, value=None)}
     value = {
         "states": [s.name for s in found.system.states],
         "inputs": [s.name for s in found.system.inputs],
@@ -226,10 +226,10 @@ def _dynamic_extension(system: System) -> dict[str, Finding]:
         "regular_at_point": decided(found.at_point).value,
         "complete": decided(found.complete).value,
     }
-    return {key: Finding(verdict=found.verdict, value=value)}
+    return {key: Answer(verdict=found.verdict, value=value)}
 
 
-GROUPS: Mapping[tuple[str, ...], Callable[[System], dict[str, Finding]]] = {
+GROUPS: Mapping[tuple[str, ...], Callable[[System], dict[str, Answer]]] = {
     ("relative_degree", "relative_degree_at_point", "decoupling_matrix"): outputs_answered,
     (
         "controllability_rank",
