@@ -67,9 +67,9 @@ if TYPE_CHECKING:
     from ulna.geometry import observable_decomposition as observable_decomposition
     from ulna.geometry import one_form as one_form
     from ulna.geometry import relative_degree as relative_degree
-    from ulna.models import Model as Model
-    from ulna.models import model as model
-    from ulna.models import models as models
+    from ulna.plants import Model as Model
+    from ulna.plants import model as model
+    from ulna.plants import models as models
     from ulna.plot import plot_poles as plot_poles
     from ulna.plot import plot_trajectories as plot_trajectories
     from ulna.plot import plot_trajectory as plot_trajectory
@@ -159,9 +159,9 @@ _HOME = {
     "LinearQuadratic": "ulna.design",
     "metrics": "ulna.sim",
     "Metrics": "ulna.sim",
-    "Model": "ulna.models",
-    "model": "ulna.models",
-    "models": "ulna.models",
+    "Model": "ulna.plants",
+    "model": "ulna.plants",
+    "models": "ulna.plants",
     "normal_form": "ulna.design",
     "observability": "ulna.geometry",
     "observable_decomposition": "ulna.geometry",

@@ -14,7 +14,7 @@ from ulna.design.analysis.analysis import analyse
 from ulna.design.forms.dynamic_extension import dynamic_extension
 from ulna.design.forms.flatness import flat_output
 from ulna.design.forms.normal_form import normal_form
-from ulna.models import model, models
+from ulna.plants import model, models
 
 ANSWERS = {entry.name: entry.answers for entry in models() if entry.answers}
 SLOW = {

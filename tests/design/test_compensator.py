@@ -20,10 +20,9 @@ from ulna.design import (
     observer_form,
     state_feedback,
 )
-from ulna.models import model
+from ulna.plants import model
 from ulna.sim import TIME, simulate
-from ulna.system import equilibrium, linearise, system_from_mapping, write_system
-from ulna.system.file import read_system
+from ulna.system import equilibrium, linearise, read_system, system_from_mapping, write_system
 
 ARM = model("one_link_arm").with_values()
 LAW_POLES = Poles("-2+2*sqrt(3)*j", "-2-2*sqrt(3)*j", -8)

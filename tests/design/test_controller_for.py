@@ -22,7 +22,7 @@ from ulna.design import (
     state_feedback,
     transformed_observer_form,
 )
-from ulna.models import model
+from ulna.plants import model
 from ulna.system import System, system_from_mapping
 
 ARM = model("one_link_arm").with_values()

@@ -40,7 +40,7 @@ from ulna.design import (
     transformed_observer_form,
     with_disturbance,
 )
-from ulna.models import model
+from ulna.plants import model
 from ulna.plot import plot_poles
 from ulna.system import System, equilibrium, linearise, system_from_mapping, write_system
 

@@ -22,7 +22,7 @@ from ulna.design import (
     transformed_observer_form,
     with_disturbance,
 )
-from ulna.models import model
+from ulna.plants import model
 from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, control_affine, system_from_mapping
 

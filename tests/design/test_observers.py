@@ -15,7 +15,7 @@ from ulna.design.observers.output_transformation import transformed_observer_for
 from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, read_system, system_from_mapping
 
-ARM = read_system("src/ulna/models/data/one_link_arm.toml").with_values()
+ARM = read_system("src/ulna/plants/data/one_link_arm.toml").with_values()
 
 
 def plant(states: dict[str, str], outputs: dict[str, str], inputs: str = "", **more: object) -> System:
@@ -89,7 +89,7 @@ def test_the_observer_in_z_is_the_papers_equation_51() -> None:
 
 
 def test_a_symbolic_plant_keeps_its_parameters() -> None:
-    symbolic = read_system("src/ulna/models/data/one_link_arm.toml")
+    symbolic = read_system("src/ulna/plants/data/one_link_arm.toml")
     observer = exact_observer(observer_form(symbolic), Poles(-9, -10, -11))
     numbers = observer.system.with_values()
     exact = exact_observer(observer_form(ARM), Poles(-9, -10, -11))

@@ -6,7 +6,7 @@ from ulna.design.forms.linearisability import linearisability
 from ulna.geometry.accessibility import accessibility
 from ulna.geometry.observability import observability
 from ulna.geometry.relative_degree import relative_degree
-from ulna.models import model
+from ulna.plants import model
 from ulna.system import equilibrium, system_from_mapping
 
 

@@ -10,7 +10,7 @@ import sympy as sp
 
 from ulna.base import PlantError
 from ulna.base.verdict import Status
-from ulna.models import model
+from ulna.plants import model
 from ulna.system import Equilibrium, System, equilibria, equilibrium, linearise, system_from_mapping
 
 

@@ -4,7 +4,7 @@ import pytest
 import sympy as sp
 
 from ulna.base import PlantError, Status
-from ulna.models import model
+from ulna.plants import model
 from ulna.system import connect, equilibria, equilibrium, linearise, system_from_mapping
 
 LAG = {"states": {"x": "(u - x)/T"}, "inputs": {"u": {}}, "outputs": {"y": "x"}, "parameters": {"T": {"value": 2}}}

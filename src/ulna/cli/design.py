@@ -48,7 +48,7 @@ def design(
 
     The law holds the operating point of the plant file unless it takes a set point or a reference.
     """
-    from ulna.system.file import write_system
+    from ulna.system import write_system
 
     system = plant(name)
     options = chosen(DesignOptions, locals())
@@ -98,7 +98,7 @@ def _named(signals: Iterable[Any], expressions: Iterable[Any]) -> dict[str, Any]
 def _data(made: Controller) -> dict[str, Any]:
     from ulna.design import gains_in_form
     from ulna.report.results import plain
-    from ulna.system.schema import system_to_mapping
+    from ulna.system import system_to_mapping
 
     data: dict[str, Any] = {"plant": made.plant.name}
     if made.law is not None:

@@ -13,7 +13,7 @@ from ulna.cli.session import number_list, pole_list
 if TYPE_CHECKING:
     from ulna.base import NoFormError
     from ulna.design import AbstractGainRule, ClosedLoop, Controller, Law
-    from ulna.system.system import System
+    from ulna.system import System
 
 _LAW, _OBSERVER = "Law", "Observer"
 ControllerPoles = Annotated[

@@ -20,7 +20,7 @@ from ulna.design.observers.high_gain import HighGain, high_gain_observer
 from ulna.design.observers.observer import Observer, exact_observer
 from ulna.design.observers.observer_form import observer_form
 from ulna.design.observers.output_transformation import transformed_observer_form
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.system import System
 
 

@@ -17,9 +17,7 @@ from ulna.geometry.smoothness import require_smooth
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at
 from ulna.symbolic.exact.simplify import normal_form
-from ulna.system import equilibrium
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _SECONDS = 1.0
 _SECONDS_FOR_BRACKETS = 3.0

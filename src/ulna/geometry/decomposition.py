@@ -22,9 +22,7 @@ from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.system import equilibrium
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _TEST = SampledZero(seconds=0.4)
 _SECONDS = 6.0

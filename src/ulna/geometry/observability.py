@@ -19,9 +19,7 @@ from ulna.geometry.observability_at_point import rank_of_all_rows
 from ulna.geometry.smoothness import require_smooth
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at
-from ulna.system import equilibrium
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _SECONDS = 6.0
 

@@ -10,8 +10,9 @@ from ulna.system.holder import HasSystem, SystemLike, as_system
 from ulna.system.linear_injection import LinearInjection
 from ulna.system.linearisation import Linearisation, linearise
 from ulna.system.operating_point import equilibrium_in_numbers, given_point, known_signs
+from ulna.system.right_hand_side import SystemKernel, system_kernel
 from ulna.system.schema import system_from_mapping, system_to_mapping
-from ulna.system.signal import Definition, Parameter, Signal
+from ulna.system.signal import Definition, Parameter, Signal, to_si
 from ulna.system.system import System
 from ulna.system.zeros import Zeros, newton
 
@@ -28,6 +29,7 @@ __all__ = [
     "PointLike",
     "Signal",
     "System",
+    "SystemKernel",
     "SystemLike",
     "Zeros",
     "as_system",
@@ -43,6 +45,8 @@ __all__ = [
     "non_smooth_terms",
     "read_system",
     "system_from_mapping",
+    "system_kernel",
     "system_to_mapping",
+    "to_si",
     "write_system",
 ]

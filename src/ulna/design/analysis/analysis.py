@@ -11,12 +11,9 @@ from ulna.base import UlnaError
 from ulna.design.analysis.answer import Answer, not_applicable
 from ulna.design.analysis.formula_answers import GROUPS, law_of_outputs, outputs_answered
 from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import PATIENCE, attempt
-from ulna.system import Equilibrium, equilibrium, given_point
-from ulna.system.affine import control_affine
-from ulna.system.field_kernel import field_kernel
-from ulna.system.system import System
+from ulna.system import Equilibrium, System, control_affine, equilibrium, given_point, system_kernel
 
 SECONDS = 8.0
 """Time that one group of answers may take; what is not found by then is undecided."""
@@ -124,7 +121,7 @@ def _large(system: System, keys: tuple[str, ...], seconds: float) -> dict[str, A
 
 def _short_program(system: System) -> bool:
     try:
-        return field_kernel(system).kernel.operation_count <= SHORT
+        return system_kernel(system).kernel.operation_count <= SHORT
     except UlnaError:
         return False
 

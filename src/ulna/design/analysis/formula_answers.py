@@ -23,8 +23,7 @@ from ulna.geometry.observability import observability
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree
 from ulna.symbolic.exact.zero_set import zero_set
 from ulna.symbolic.solving.branch import on_branch
-from ulna.system import equilibrium_in_numbers
-from ulna.system.system import System
+from ulna.system import System, equilibrium_in_numbers
 
 _NO_OUTPUT = "the plant has no output"
 _NO_INPUT = "the plant has no input"

@@ -11,8 +11,7 @@ from ulna.base import NoFormError, Verdict
 from ulna.design.analysis.answer import Answer, decided, not_applicable
 from ulna.design.forms.compiled_law import compiled_law, relative_degrees
 from ulna.geometry.numeric import NumericStructure, numeric_structure
-from ulna.system.field_kernel import FieldKernel, field_kernel
-from ulna.system.system import System
+from ulna.system import System, SystemKernel, system_kernel
 
 LARGE = 13
 """States from which on a plant goes the numeric road."""
@@ -20,7 +19,7 @@ LARGE = 13
 
 def answers_in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Answer]:
     """The answers that numbers can give; the other keys are undecided and say so."""
-    field = field_kernel(system)
+    field = system_kernel(system)
     given = dict(system.operating_point)
     point = np.array([float(given.get(s.name, sp.Integer(0))) for s in system.states])
     structure = numeric_structure(field, point)
@@ -52,7 +51,7 @@ def _structure(system: System, found: NumericStructure) -> dict[str, Answer]:
     return answers
 
 
-def _outputs(system: System, field: FieldKernel) -> dict[str, Answer]:
+def _outputs(system: System, field: SystemKernel) -> dict[str, Answer]:
     if not field.functions or not field.inputs:
         return {}
     try:

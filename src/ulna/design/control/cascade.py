@@ -11,7 +11,7 @@ import sympy as sp
 
 from ulna.base import DesignError
 from ulna.design.control.gains import Gains, gain_rule
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.simplify import tidy
 from ulna.system import Signal, System, SystemLike, as_system, connect
 

@@ -13,13 +13,11 @@ from ulna.design.control.reference import AbstractReference, ReferenceChain, Reg
 from ulna.design.forms.controller_form import controller_form
 from ulna.design.forms.linearising_form import LinearisingForm
 from ulna.design.forms.normal_form import NormalForm
-from ulna.models import PlantLike
+from ulna.plants import PlantLike
 from ulna.symbolic.exact.simplify import shortened
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.formulas.text import formula, listing
-from ulna.system import equilibrium
-from ulna.system.signal import Signal
-from ulna.system.system import System
+from ulna.system import Signal, System, equilibrium
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,7 +15,7 @@ from ulna.design.control.reduced_order import ReducedOrder, reduced_order
 from ulna.design.control.reference import AbstractReference, SetPoint
 from ulna.design.forms.input_output import input_output_form
 from ulna.design.observers.extended_state_observer import extended_state_observer, with_disturbance
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.system import Signal, System
 
 

@@ -10,7 +10,7 @@ import sympy as sp
 
 from ulna.base import DesignError
 from ulna.design.control.compensator import close_loop
-from ulna.models import PlantLike
+from ulna.plants import PlantLike
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.formulas.text import exact

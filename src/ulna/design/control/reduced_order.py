@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import DesignError, Verdict
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.solving.roots import solutions

@@ -9,9 +9,7 @@ from itertools import pairwise
 import sympy as sp
 
 from ulna.symbolic.exact.simplify import tidy
-from ulna.system import equilibrium
-from ulna.system.signal import Signal
-from ulna.system.system import System
+from ulna.system import Signal, System, equilibrium
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

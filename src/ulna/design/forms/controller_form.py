@@ -14,10 +14,9 @@ from ulna.design.forms.linearisability import Linearisability
 from ulna.design.forms.linearising_form import LinearisingForm, linearising_form
 from ulna.design.forms.linearising_outputs import LinearisingOutputs, linearises, linearising_outputs
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree, relative_degree_of
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas.text import formula
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine
 
 
 def controller_form(system: PlantLike, outputs: Sequence[sp.Expr] | None = None, **misplaced: Any) -> LinearisingForm:

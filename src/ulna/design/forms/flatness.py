@@ -10,9 +10,9 @@ from ulna.base.errors import PlantError
 from ulna.base.verdict import Verdict
 from ulna.design.forms.dynamic_extension import dynamic_extension
 from ulna.geometry.relative_degree import relative_degree_of
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas.text import formula
-from ulna.system.affine import control_affine
+from ulna.system import control_affine
 
 
 def flat_output(system: PlantLike, outputs: Sequence[sp.Expr], *, seconds: float = 8.0) -> Verdict:

@@ -10,10 +10,9 @@ from ulna.base.errors import NoFormError
 from ulna.base.verdict import Verdict
 from ulna.design.forms.linearising_form import LinearisingForm, linearising_form
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree, relative_degree_of
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas.text import formula
-from ulna.system import equilibrium
-from ulna.system.system import System
+from ulna.system import System, equilibrium
 
 
 def input_output_form(system: PlantLike, *, at: Mapping[sp.Symbol, sp.Expr] | None = None) -> LinearisingForm:

@@ -19,11 +19,10 @@ from ulna.base import Verdict, all_of
 from ulna.geometry.accessibility import Accessibility, accessibility
 from ulna.geometry.distribution import filtration, involutive
 from ulna.geometry.lie import lie_bracket
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import generic_rank
-from ulna.system import equilibrium
-from ulna.system.system import System
+from ulna.system import System, equilibrium
 
 _PROOF_SECONDS = 1.0
 _BRACKET_SECONDS = 1.5

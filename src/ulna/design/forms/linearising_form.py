@@ -19,10 +19,7 @@ from ulna.symbolic.exact.rank import generic_rank, minor_determinant
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import are_zero
 from ulna.symbolic.formulas.text import listing
-from ulna.system import equilibrium
-from ulna.system.affine import ControlAffine
-from ulna.system.signal import Signal
-from ulna.system.system import System
+from ulna.system import ControlAffine, Signal, System, equilibrium
 
 _TIDY_SECONDS = 0.2
 _INVERSION_SECONDS = 2.5

@@ -14,12 +14,11 @@ from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_sym
 from ulna.geometry.distribution import distribution
 from ulna.geometry.frobenius import first_integrals
 from ulna.geometry.lie import lie_derivative
-from ulna.models import PlantLike
+from ulna.plants import PlantLike
 from ulna.symbolic.exact.rank import generic_rank, minor_determinant, rank_at
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, are_zero, is_zero
-from ulna.system import equilibrium_in_numbers
-from ulna.system.system import System
+from ulna.system import System, equilibrium_in_numbers
 
 _QUICK = SampledZero(seconds=0.3)
 _CLAIM = "the internal coordinates are free of the inputs"

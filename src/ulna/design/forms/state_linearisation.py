@@ -18,12 +18,11 @@ from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_sym
 from ulna.geometry.integrate_form import exact_potential
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.oneform import one_form
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.linear import inverse
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
-from ulna.system import equilibrium
-from ulna.system.system import System
+from ulna.system import System, equilibrium
 
 _TEST = SampledZero(seconds=0.3)
 

@@ -7,7 +7,7 @@ from ulna.design.internal.critical_class import StabilityClass
 from ulna.design.internal.equilibrium_stability import EquilibriumStability, equilibrium_stability
 from ulna.design.internal.zero_dynamics import ZeroDynamics
 from ulna.geometry.relative_degree import relative_degree
-from ulna.system.system import System
+from ulna.system import System
 
 
 def minimum_phase(dynamics: ZeroDynamics, *, seconds: float = 5.0) -> EquilibriumStability:

@@ -15,9 +15,7 @@ from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.solving.branch import on_branch
 from ulna.symbolic.solving.level_set import graph_near
-from ulna.system import Equilibrium, equilibrium_in_numbers
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.system import System
+from ulna.system import ControlAffine, Equilibrium, System, control_affine, equilibrium_in_numbers
 
 _QUICK = SampledZero(seconds=0.3)
 _CLAIM = "the zero dynamics are found"

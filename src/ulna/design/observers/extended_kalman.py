@@ -16,11 +16,9 @@ from ulna.base.verdict import Verdict
 from ulna.design.observers.observer import Observer, controlled_rates, estimate_symbols, estimator_system
 from ulna.design.observers.output_functions import output_symbols
 from ulna.geometry.observability import observability
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas.text import exact
-from ulna.system.affine import control_affine
-from ulna.system.signal import Signal
-from ulna.system.system import System
+from ulna.system import Signal, System, control_affine
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

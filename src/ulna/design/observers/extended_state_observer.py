@@ -14,7 +14,7 @@ from ulna.base import DesignError
 from ulna.design.control.gains import Gains
 from ulna.design.observers.observer import Observer, exact_observer
 from ulna.design.observers.observer_form import observer_form
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.system import Signal, System
 
 

@@ -24,7 +24,7 @@ from ulna.design.observers.observer import (
 from ulna.design.observers.output_functions import output_symbols
 from ulna.geometry.lie import lie_derivative
 from ulna.geometry.observability import Observability, differentials, observability
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.formulas.text import exact

@@ -14,10 +14,7 @@ from ulna.design.observers.observer_form import ObserverForm
 from ulna.design.observers.output_functions import output_symbols
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.linear_injection import LinearInjection
-from ulna.system.signal import Signal
-from ulna.system.system import System
+from ulna.system import ControlAffine, LinearInjection, Signal, System, control_affine
 
 _SECONDS = 0.5
 

@@ -22,16 +22,14 @@ from ulna.design.observers.output_functions import OutputSection, output_section
 from ulna.design.observers.straightened import StraightenedPlant, straightened_plant
 from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
 from ulna.geometry.observability import Observability, observability
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.linear import inverse
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
 from ulna.symbolic.formulas.text import formula, listing
 from ulna.symbolic.solving.branch import on_branch
-from ulna.system import equilibrium, equilibrium_in_numbers
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine, equilibrium, equilibrium_in_numbers
 
 _SECONDS = 10.0
 

@@ -19,8 +19,7 @@ from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.integration.circular_substitution import antiderivative_by_substitution
 from ulna.symbolic.integration.potential import antiderivative, antiderivative_by_rules, potential_in_span
 from ulna.symbolic.solving.invert import invert_map
-from ulna.system import equilibrium
-from ulna.system.affine import ControlAffine
+from ulna.system import ControlAffine, equilibrium
 
 _FREE_VALUES = (sp.Integer(0), sp.Integer(1), sp.Rational(3, 7), sp.Rational(-5, 11), sp.Integer(2))
 _SECTIONS = 8

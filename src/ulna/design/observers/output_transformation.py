@@ -45,12 +45,12 @@ from ulna.design.observers.transformed_blocks import (
 )
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.observability import observability
-from ulna.models import PlantLike, as_plant
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.formulas.parse import is_elementary
 from ulna.symbolic.formulas.text import formula
-from ulna.system.system import System
+from ulna.system import System
 
 _SECONDS = 10.0
 _SEVERAL_SECONDS = 1.5

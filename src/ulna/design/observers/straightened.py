@@ -13,9 +13,7 @@ from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import normal_form
 from ulna.symbolic.solving.branch import on_branch
 from ulna.symbolic.solving.invert import invert_map
-from ulna.system import equilibrium, equilibrium_in_numbers
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine, equilibrium, equilibrium_in_numbers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

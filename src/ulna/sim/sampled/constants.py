@@ -16,7 +16,7 @@ from ulna.sim.sampled.discretisation import ExactHold
 from ulna.sim.sampled.sampled import Sampled
 from ulna.sim.sampled.wiring import Wiring
 from ulna.symbolic.compiling import kernel, rounded
-from ulna.system.linear_injection import LinearInjection
+from ulna.system import LinearInjection
 
 
 def held_numbers(settings: Sampled, wiring: Wiring) -> np.ndarray:

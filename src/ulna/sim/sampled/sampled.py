@@ -13,8 +13,7 @@ from ulna.sim.sampled.discretisation import Discretisation, ExactHold, RungeKutt
 from ulna.sim.sampled.drive import Pwm
 from ulna.sim.sampled.limits import ConditionalIntegration, EndStop, Saturation, SlewLimit
 from ulna.sim.sampled.sensors import MeasurementNoise, Quantiser
-from ulna.system import System
-from ulna.system.linear_injection import LinearInjection
+from ulna.system import LinearInjection, System
 
 LONGEST_DELAY = 1000
 """Periods: every command on its way is a variable of the compiled loop."""

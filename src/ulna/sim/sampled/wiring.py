@@ -12,8 +12,7 @@ from ulna.program import Hoisted, hoist
 from ulna.sim.inputs import TIME
 from ulna.sim.sampled.sampled import Sampled
 from ulna.symbolic.compiling import kernel
-from ulna.system import Signal, System
-from ulna.system.linear_injection import LinearInjection
+from ulna.system import LinearInjection, Signal, System
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
-from ulna.models.forearm import SmallOscillations
+from ulna.plants import SmallOscillations
 from ulna.report import Badge, Block, Picture, Row, Table, Text, Tone
 from ulna.studies.paper.cards import decimals, place_text
 from ulna.studies.paper.compare import number_text

@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from ulna.design import error_matrix, gains_in_form
-from ulna.models.forearm import SmallOscillations
+from ulna.plants import SmallOscillations
 from ulna.report import plain
 from ulna.studies.paper.compare import Comparison
 from ulna.studies.paper.exact import Exact

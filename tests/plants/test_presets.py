@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from ulna.base import PlantError
-from ulna.models import (
+from ulna.plants import (
     TorqueMargin,
     arm_with_drive,
     hold,
@@ -33,7 +33,7 @@ from ulna.sim import simulate
 
 def data(name: str) -> dict[str, Any]:
     """A copy of the data behind a preset."""
-    text = (files("ulna.models") / "hardware" / "presets.toml").read_text(encoding="utf-8")
+    text = (files("ulna.plants") / "hardware" / "presets.toml").read_text(encoding="utf-8")
     return copy.deepcopy(tomllib.loads(text, parse_float=Decimal)[name])
 
 

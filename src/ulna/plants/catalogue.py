@@ -41,7 +41,7 @@ class Model:
 def _data() -> dict[str, dict[str, Any]]:
     found = {}
     for folder in _FOLDERS:
-        place = files("ulna.models") / folder
+        place = files("ulna.plants") / folder
         for entry in sorted(place.iterdir(), key=lambda e: e.name) if place.is_dir() else ():
             if entry.name.endswith(".toml"):
                 found[entry.name.removesuffix(".toml")] = tomllib.loads(

@@ -14,7 +14,7 @@ from ulna.system.system import System
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FieldKernel:
+class SystemKernel:
     """Rates and functions of a plant over its states and inputs, parameters at numbers.
 
     Attributes:
@@ -33,11 +33,11 @@ class FieldKernel:
     point: tuple[tuple[str, float], ...]
 
 
-def field_kernel(
+def system_kernel(
     system: System,
     functions: Sequence[sp.Expr] | None = None,
     parameters: Mapping[sp.Symbol, sp.Expr] | None = None,
-) -> FieldKernel:
+) -> SystemKernel:
     """The kernel of rates and functions.
 
     Args:
@@ -72,7 +72,7 @@ def field_kernel(
             residuals=tuple(f"zero of {d.name}" for d in system.unknowns),
         )
         whole = explicit(source)
-    return FieldKernel(
+    return SystemKernel(
         kernel=whole,
         source=source,
         states=tuple(s.name for s in system.states),

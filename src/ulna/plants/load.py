@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 from ulna.base import PlantError
-from ulna.models.arm import rod
-from ulna.models.presets import Preset
+from ulna.plants.arm import rod
+from ulna.plants.drive_preset import Preset
 
 _STEEP = 0.05
 """Least |cos θ| at which gravity tells anything about the load."""

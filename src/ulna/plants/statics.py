@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base import PlantError
-from ulna.models.arm import Forearm, rod
-from ulna.models.presets import Preset
+from ulna.plants.arm import Forearm, rod
+from ulna.plants.drive_preset import Preset
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

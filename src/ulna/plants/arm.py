@@ -8,7 +8,7 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import PlantError
-from ulna.models.presets import Preset
+from ulna.plants.drive_preset import Preset
 from ulna.symbolic.formulas.text import exact
 from ulna.system import Definition, Parameter, Signal, System
 

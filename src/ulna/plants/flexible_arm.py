@@ -8,8 +8,7 @@ import sympy as sp
 from sympy.physics.mechanics import Point, ReferenceFrame
 
 from ulna.base import PlantError
-from ulna.system.signal import Definition, Signal
-from ulna.system.system import System
+from ulna.system import Definition, Signal, System
 
 MASS = sp.Integer(1)
 LENGTH = sp.Rational(1, 2)

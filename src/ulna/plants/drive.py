@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base import PlantError
-from ulna.models.arm import CURRENT
-from ulna.models.presets import Preset
+from ulna.plants.arm import CURRENT
+from ulna.plants.drive_preset import Preset
 from ulna.system import Parameter, Signal, System
 
 

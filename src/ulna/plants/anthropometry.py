@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import PlantError
-from ulna.models.arm import Forearm, measured_forearm
+from ulna.plants.arm import Forearm, measured_forearm
 from ulna.symbolic.formulas.text import exact
 
 
@@ -115,5 +115,5 @@ def require_within(angle: float, motion: RangeOfMotion) -> None:
 
 @cache
 def _data() -> dict[str, Any]:
-    text = (files("ulna.models") / "hardware" / "anthropometry.toml").read_text(encoding="utf-8")
+    text = (files("ulna.plants") / "hardware" / "anthropometry.toml").read_text(encoding="utf-8")
     return tomllib.loads(text, parse_float=Decimal)

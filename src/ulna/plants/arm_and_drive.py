@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ulna.base import PlantError
-from ulna.models.arm import OMEGA, Brake, Forearm, Friction, SelfLocking, link_system, rod
-from ulna.models.battery import battery_system
-from ulna.models.drive import BackDriven, gear_system, motor_system
-from ulna.models.presets import Preset
-from ulna.models.statics import require_liftable
-from ulna.models.thermal import heating_system
+from ulna.plants.arm import OMEGA, Brake, Forearm, Friction, SelfLocking, link_system, rod
+from ulna.plants.battery import battery_system
+from ulna.plants.drive import BackDriven, gear_system, motor_system
+from ulna.plants.drive_preset import Preset
+from ulna.plants.statics import require_liftable
+from ulna.plants.thermal import heating_system
 from ulna.system import Signal, System, connect
 
 

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from ulna.base import PlantError
-from ulna.models import (
+from ulna.plants import (
     BackDriven,
     Brake,
     DrivenArm,

@@ -8,8 +8,7 @@ import pytest
 import sympy as sp
 
 from ulna.base import PlantError
-from ulna.models import model
-from ulna.models.forearm import small_oscillation, small_oscillations
+from ulna.plants import model, small_oscillation, small_oscillations
 from ulna.system import system_from_mapping
 
 

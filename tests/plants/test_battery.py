@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ulna.base import PlantError
-from ulna.models import Battery, voltage_range
-from ulna.models.battery import battery_system
+from ulna.plants import Battery, battery_system, voltage_range
 
 PACK = Battery(voltage=sp.Rational(148, 10), resistance=sp.Rational(1, 10))
 amperes = st.floats(-30, 30)

@@ -8,10 +8,10 @@ from importlib.resources import files
 import pytest
 
 from ulna.base import PlantError
-from ulna.models import model, models
+from ulna.plants import model, models
 from ulna.system import equilibrium, system_from_mapping, system_to_mapping
 
-TEXTBOOK = sorted(p.name.removesuffix(".toml") for p in (files("ulna.models") / "textbook").iterdir())
+TEXTBOOK = sorted(p.name.removesuffix(".toml") for p in (files("ulna.plants") / "textbook").iterdir())
 ANALYSIS_KEYS = {
     "relative_degree", "relative_degree_at_point", "decoupling_matrix", "singular_set", "controllability_rank",
     "controllability_rank_at_point", "distribution_dims", "involutive", "full_state_linearizable",
@@ -79,5 +79,5 @@ def test_the_documented_table_lists_every_plant():
 
 def test_files_hold_no_unread_sections():
     for name in TEXTBOOK:
-        data = tomllib.loads((files("ulna.models") / "textbook" / f"{name}.toml").read_text(encoding="utf-8"))
+        data = tomllib.loads((files("ulna.plants") / "textbook" / f"{name}.toml").read_text(encoding="utf-8"))
         assert set(data["catalogue"]) == {"teaches", "answers"}, name

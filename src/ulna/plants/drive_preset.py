@@ -14,8 +14,8 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import PlantError
-from ulna.models.battery import Battery
-from ulna.models.thermal import Heating
+from ulna.plants.battery import Battery
+from ulna.plants.thermal import Heating
 from ulna.symbolic.formulas.text import exact
 from ulna.system import Parameter
 
@@ -150,7 +150,7 @@ def preset_from_mapping(name: str, data: Mapping[str, Any]) -> Preset:
 
 @cache
 def _data() -> dict[str, Any]:
-    text = (files("ulna.models") / "hardware" / "presets.toml").read_text(encoding="utf-8")
+    text = (files("ulna.plants") / "hardware" / "presets.toml").read_text(encoding="utf-8")
     return tomllib.loads(text, parse_float=Decimal)
 
 
