@@ -1,7 +1,7 @@
 """What the design chain costs on a planar arm with n flexible joints: time, operations of the law, agreement.
 
 The chain is f -> ad_f^k g -> ranks -> involutivity -> relative degree -> law u = beta^-1 (v - alpha). Every contender
-gets the same equations (`ulna.models.flexible_arm`); each run is a process of its own with a time limit, interleaved.
+gets the same equations (`ulna.plants.flexible_arm`); each run is a process of its own with a time limit, interleaved.
 Time is CPU time of the chain without imports and without the equations of motion; the law of every contender is
 evaluated at the same random states and compared with the law by CasADi's graph differentiation. Operations of laws that
 leave a linear system to be solved in numbers are those of alpha and beta.
@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from ulna.models.flexible_arm import flexible_joint_arm
+from ulna.plants import flexible_joint_arm
 from ulna.system import System
 
 SIZES = {"sympy": (1, 2, 3, 4), "symengine": (1, 2, 3, 4), "casadi": (1, 2, 3, 4, 6), "ulna": (1, 2, 3, 4, 6, 8, 10)}
@@ -139,11 +139,11 @@ def by_casadi(arm: System) -> Chain:
     import casadi as ca
 
     from ulna.program.lowering.casadi import to_casadi
-    from ulna.system.field_kernel import field_kernel
+    from ulna.system import system_kernel
 
     n, m = len(arm.states), len(arm.inputs)
     x, u, v = ca.SX.sym("x", n), ca.SX.sym("u", m), ca.SX.sym("v", m)
-    outputs = to_casadi(field_kernel(arm).kernel)(ca.vertcat(x, u))
+    outputs = to_casadi(system_kernel(arm).kernel)(ca.vertcat(x, u))
     rates, alpha = outputs[:n], outputs[n:]
     f = ca.substitute(rates, u, ca.SX.zeros(m))
     g = ca.jacobian(rates, u)
@@ -174,9 +174,9 @@ def by_ulna(arm: System) -> Chain:
     from ulna.design.forms.compiled_law import compiled_law
     from ulna.geometry.numeric import numeric_structure
     from ulna.program import to_numpy
-    from ulna.system.field_kernel import field_kernel
+    from ulna.system import system_kernel
 
-    found = numeric_structure(field_kernel(arm), np.zeros(len(arm.states)))
+    found = numeric_structure(system_kernel(arm), np.zeros(len(arm.states)))
     compiled_program = compiled_law(arm).law
     program = to_numpy(compiled_program)
     return Chain(

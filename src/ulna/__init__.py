@@ -17,9 +17,14 @@ if TYPE_CHECKING:
     from ulna.base import UlnaError as UlnaError
     from ulna.base import UlnaWarning as UlnaWarning
     from ulna.base import Verdict as Verdict
+    from ulna.design import AbstractGainRule as AbstractGainRule
     from ulna.design import Analysis as Analysis
+    from ulna.design import Answer as Answer
     from ulna.design import ClosedLoop as ClosedLoop
     from ulna.design import Compensator as Compensator
+    from ulna.design import Controller as Controller
+    from ulna.design import HighGain as HighGain
+    from ulna.design import KalmanNoise as KalmanNoise
     from ulna.design import Law as Law
     from ulna.design import LinearisingForm as LinearisingForm
     from ulna.design import LinearQuadratic as LinearQuadratic
@@ -32,6 +37,7 @@ if TYPE_CHECKING:
     from ulna.design import analyse as analyse
     from ulna.design import close_loop as close_loop
     from ulna.design import compensator as compensator
+    from ulna.design import controller_for as controller_for
     from ulna.design import controller_form as controller_form
     from ulna.design import dynamic_extension as dynamic_extension
     from ulna.design import exact_observer as exact_observer
@@ -61,9 +67,9 @@ if TYPE_CHECKING:
     from ulna.geometry import observable_decomposition as observable_decomposition
     from ulna.geometry import one_form as one_form
     from ulna.geometry import relative_degree as relative_degree
-    from ulna.models import Model as Model
-    from ulna.models import model as model
-    from ulna.models import models as models
+    from ulna.plants import Model as Model
+    from ulna.plants import model as model
+    from ulna.plants import models as models
     from ulna.plot import plot_poles as plot_poles
     from ulna.plot import plot_trajectories as plot_trajectories
     from ulna.plot import plot_trajectory as plot_trajectory
@@ -87,26 +93,28 @@ if TYPE_CHECKING:
     from ulna.sim.python_control import to_control as to_control
     from ulna.system import ControlAffine as ControlAffine
     from ulna.system import Definition as Definition
+    from ulna.system import Equilibria as Equilibria
+    from ulna.system import Equilibrium as Equilibrium
     from ulna.system import Linearisation as Linearisation
-    from ulna.system import OperatingPoint as OperatingPoint
     from ulna.system import Parameter as Parameter
     from ulna.system import Signal as Signal
     from ulna.system import System as System
     from ulna.system import connect as connect
     from ulna.system import control_affine as control_affine
     from ulna.system import equilibria as equilibria
+    from ulna.system import equilibrium as equilibrium
     from ulna.system import linearise as linearise
-    from ulna.system import operating_point as operating_point
     from ulna.system import read_system as read_system
-    from ulna.system import rest_point as rest_point
     from ulna.system import system_from_mapping as system_from_mapping
     from ulna.system import write_system as write_system
 
 _HOME = {
+    "AbstractGainRule": "ulna.design",
     "accessibility": "ulna.geometry",
     "accessible_decomposition": "ulna.geometry",
     "analyse": "ulna.design",
     "Analysis": "ulna.design",
+    "Answer": "ulna.design",
     "close_loop": "ulna.design",
     "ClosedLoop": "ulna.design",
     "Compensator": "ulna.design",
@@ -115,6 +123,8 @@ _HOME = {
     "Continuous": "ulna.sim",
     "control_affine": "ulna.system",
     "ControlAffine": "ulna.system",
+    "Controller": "ulna.design",
+    "controller_for": "ulna.design",
     "controller_form": "ulna.design",
     "Crossing": "ulna.sim",
     "Definition": "ulna.system",
@@ -124,6 +134,9 @@ _HOME = {
     "dynamic_extension": "ulna.design",
     "EndStop": "ulna.sim",
     "equilibria": "ulna.system",
+    "Equilibria": "ulna.system",
+    "equilibrium": "ulna.system",
+    "Equilibrium": "ulna.system",
     "Event": "ulna.sim",
     "exact_observer": "ulna.design",
     "extended_kalman_filter": "ulna.design",
@@ -131,10 +144,12 @@ _HOME = {
     "flat_output": "ulna.design",
     "from_control": "ulna.sim.python_control",
     "high_gain_observer": "ulna.design",
+    "HighGain": "ulna.design",
     "injected_observer": "ulna.design",
     "input_output_form": "ulna.design",
     "integrate": "ulna.geometry",
     "involutive": "ulna.geometry",
+    "KalmanNoise": "ulna.design",
     "Law": "ulna.design",
     "lie_bracket": "ulna.geometry",
     "lie_derivative": "ulna.geometry",
@@ -142,11 +157,11 @@ _HOME = {
     "linearise": "ulna.system",
     "LinearisingForm": "ulna.design",
     "LinearQuadratic": "ulna.design",
-    "Metrics": "ulna.sim",
     "metrics": "ulna.sim",
-    "Model": "ulna.models",
-    "model": "ulna.models",
-    "models": "ulna.models",
+    "Metrics": "ulna.sim",
+    "Model": "ulna.plants",
+    "model": "ulna.plants",
+    "models": "ulna.plants",
     "normal_form": "ulna.design",
     "observability": "ulna.geometry",
     "observable_decomposition": "ulna.geometry",
@@ -155,8 +170,6 @@ _HOME = {
     "ObserverForm": "ulna.design",
     "one_form": "ulna.geometry",
     "OneForm": "ulna.geometry",
-    "operating_point": "ulna.system",
-    "OperatingPoint": "ulna.system",
     "Outcome": "ulna.sim",
     "Parameter": "ulna.system",
     "plot_poles": "ulna.plot",
@@ -167,7 +180,6 @@ _HOME = {
     "read_system": "ulna.system",
     "Regulate": "ulna.design",
     "relative_degree": "ulna.geometry",
-    "rest_point": "ulna.system",
     "run_ensemble": "ulna.sim",
     "Sampled": "ulna.sim",
     "Saturation": "ulna.sim",

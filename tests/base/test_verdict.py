@@ -1,7 +1,7 @@
 import pytest
 
 from ulna.base import Status, UlnaError, Verdict, all_of
-from ulna.design.analysis.findings import Finding
+from ulna.design import Answer
 
 
 @pytest.mark.parametrize("status", Status)
@@ -10,9 +10,9 @@ def test_a_verdict_refuses_to_be_a_bool_and_says_what_to_ask(status):
         bool(Verdict(claim="a", status=status))
 
 
-def test_a_finding_refuses_as_well():
+def test_an_answer_of_an_analysis_refuses_as_well():
     with pytest.raises(UlnaError, match=r"'a': it is proved, with the value 3.*Ask \.value"):
-        bool(Finding(verdict=Verdict.proved("a"), value=3))
+        bool(Answer(verdict=Verdict.proved("a"), value=3))
 
 
 def test_verdicts_answer_by_holds_and_fails():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ulna.design.analysis.large_questions import large_findings
+from ulna.design.analysis.numeric_answers import answers_in_numbers
 from ulna.system import system_from_mapping
 
 KEYS = ("observability_rank", "relative_degree")
@@ -12,6 +12,6 @@ def test_a_plant_without_inputs_is_answered_in_numbers_too() -> None:
     system = system_from_mapping(
         {"format": 1, "name": "free", "states": {"x1": "x2", "x2": "-x1"}, "outputs": {"y": "x1**3 + x1"}}
     )
-    found = large_findings(system, KEYS)
+    found = answers_in_numbers(system, KEYS)
     assert found["observability_rank"].value == 2
     assert found["relative_degree"].value is None

@@ -8,7 +8,7 @@ import sympy as sp
 
 from ulna.base import DesignError
 from ulna.design import Poles, SetPoint, close_cascade, controller_form, inner_loop, loop_grid, state_feedback
-from ulna.models import arm_with_drive, preset
+from ulna.plants import arm_with_drive, preset
 from ulna.sim import metrics, simulate
 from ulna.system import connect, linearise, system_from_mapping
 

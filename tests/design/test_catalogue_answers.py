@@ -14,7 +14,7 @@ from ulna.design.analysis.analysis import analyse
 from ulna.design.forms.dynamic_extension import dynamic_extension
 from ulna.design.forms.flatness import flat_output
 from ulna.design.forms.normal_form import normal_form
-from ulna.models import model, models
+from ulna.plants import model, models
 
 ANSWERS = {entry.name: entry.answers for entry in models() if entry.answers}
 SLOW = {
@@ -33,10 +33,10 @@ def known_plant(name: str) -> Facts:
 
 
 @cache
-def findings(name: str) -> dict[str, Any]:
+def answers_found(name: str) -> dict[str, Any]:
     """Values by key, and what has no key of its own: normal coordinates, extension of other outputs."""
     system, answers, plant = model(name), ANSWERS[name], known_plant(name)
-    found = {key: finding.value for key, finding in analyse(system).findings.items()}
+    found = {key: answer.value for key, answer in analyse(system).answers.items()}
     if "normal_coordinates" in answers:
         found["normal_coordinates"] = list(normal_form(system).coordinates)
     if "flat_output" in answers:
@@ -71,7 +71,7 @@ CASES = [
 
 @pytest.mark.parametrize(("name", "key"), CASES)
 def test_the_analysis_gives_the_known_answer(name, key):
-    assert complaint(key, known_plant(name), findings(name), ANSWERS[name]) is None
+    assert complaint(key, known_plant(name), answers_found(name), ANSWERS[name]) is None
 
 
 QUICK = {
@@ -107,7 +107,7 @@ def test_every_comparator_is_tried_on_wrong_answers():
 
 @pytest.mark.parametrize(("key", "name", "part"), PARTS)
 def test_a_comparator_accepts_the_right_and_refuses_a_wrong_finding(key, name, part):
-    plant, right = known_plant(name), findings(name)
+    plant, right = known_plant(name), answers_found(name)
     assert complaint(key, plant, right, ANSWERS[name]) is None
     source = "decoupling_matrix" if key == "decoupling_det" else key
     wrong = {**right, source: spoiled(right[source], part, key, plant)}
@@ -117,7 +117,7 @@ def test_a_comparator_accepts_the_right_and_refuses_a_wrong_finding(key, name, p
 @pytest.mark.parametrize(("key", "name", "part"), PARTS)
 def test_a_comparator_refuses_a_wrong_known_answer(key, name, part):
     known = {**ANSWERS[name], key: spoiled(ANSWERS[name][key], part, key, known_plant(name))}
-    assert complaint(key, known_plant(name), findings(name), known) is not None
+    assert complaint(key, known_plant(name), answers_found(name), known) is not None
 
 
 def test_a_missing_value_is_refused():

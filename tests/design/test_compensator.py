@@ -4,6 +4,7 @@ import sympy as sp
 
 from ulna.base import DesignError, UlnaWarning
 from ulna.design import (
+    KalmanNoise,
     LinearQuadratic,
     Poles,
     Regulate,
@@ -19,11 +20,9 @@ from ulna.design import (
     observer_form,
     state_feedback,
 )
-from ulna.models import model
+from ulna.plants import model
 from ulna.sim import TIME, simulate
-from ulna.system import rest_point, system_from_mapping, write_system
-from ulna.system.file import read_system
-from ulna.system.operating_point import operating_point
+from ulna.system import equilibrium, linearise, read_system, system_from_mapping, write_system
 
 ARM = model("one_link_arm").with_values()
 LAW_POLES = Poles("-2+2*sqrt(3)*j", "-2-2*sqrt(3)*j", -8)
@@ -58,9 +57,9 @@ def test_the_loop_has_the_poles_of_law_and_observer_together():
     law = state_feedback(controller_form(ARM), LAW_POLES)
     observer = exact_observer(observer_form(ARM), Poles(-9, -10, -11))
     loop = close_loop(ARM, compensator(law, observer))
-    rest = rest_point(loop.system)
-    assert as_set(rest.poles) == as_set([-2 + 12**0.5 * 1j, -2 - 12**0.5 * 1j, -8, -9, -10, -11])
-    assert rest.outputs["u"] == pytest.approx(-17.64, abs=1e-9)
+    rest = equilibrium(loop, near={})
+    assert as_set(linearise(rest).eigenvalues) == as_set([-2 + 12**0.5 * 1j, -2 - 12**0.5 * 1j, -8, -9, -10, -11])
+    assert rest["u"] == pytest.approx(-17.64, abs=1e-9)
     assert [s.name for s in loop.system.states][:3] == ["theta", "omega", "i"]
 
 
@@ -91,9 +90,9 @@ def test_integral_action_removes_the_offset_of_a_wrong_load():
     law = state_feedback(controller_form(ARM), gains, reference=SetPoint(), integral=True)
     assert law.integral_gains == (5 * 6 * 7 * 8,)
     corrected = close_loop(lighter, law)
-    assert abs(rest_point(plain.system, {"i": -15}, {"y_ref": 0.3}).states["theta"] - 0.3) > 0.01
-    assert rest_point(corrected.system, {"i": -15}, {"y_ref": 0.3}).states["theta"] == pytest.approx(0.3, abs=1e-9)
-    assert as_set(rest_point(close_loop(ARM, law).system, {"i": -15}).poles) == as_set([-5, -6, -7, -8])
+    assert abs(equilibrium(plain, near={"i": -15}, inputs={"y_ref": 0.3})["theta"] - 0.3) > 0.01
+    assert equilibrium(corrected, near={"i": -15}, inputs={"y_ref": 0.3})["theta"] == pytest.approx(0.3, abs=1e-9)
+    assert as_set(linearise(equilibrium(close_loop(ARM, law), near={"i": -15})).eigenvalues) == as_set([-5, -6, -7, -8])
 
 
 def test_regulation_needs_no_reference_input():
@@ -104,10 +103,10 @@ def test_regulation_needs_no_reference_input():
 def test_regulation_holds_an_operating_point_away_from_the_origin():
     levitation = model("magnetic_levitation").with_values()
     loop = close_loop(levitation, state_feedback(controller_form(levitation), Poles(-5, -6, -7)))
-    point = {symbol.name: float(value) for symbol, value in operating_point(levitation).states.items()}
+    point = {symbol.name: float(value) for symbol, value in equilibrium(levitation).states.items()}
     assert point["x"] > 0
-    assert rest_point(loop.system, point).states == pytest.approx(point)
-    assert as_set(rest_point(loop.system, point).poles) == as_set([-5, -6, -7])
+    assert equilibrium(loop, near=point).numbers == pytest.approx(point)
+    assert as_set(linearise(equilibrium(loop, near=point)).eigenvalues) == as_set([-5, -6, -7])
 
 
 def test_a_law_that_divides_by_zero_at_the_operating_point_says_so():
@@ -125,7 +124,7 @@ def test_a_law_that_divides_by_zero_at_the_operating_point_says_so():
 
 def test_linear_quadratic_gains_stabilise_each_chain():
     loop = close_loop(ARM, state_feedback(controller_form(ARM), LinearQuadratic(state_weights=(100, 1, 1))))
-    assert all(p.real < 0 for p in rest_point(loop.system, {"i": -15}).poles)
+    assert linearise(equilibrium(loop, near={"i": -15})).stable
 
 
 def test_outputs_are_linearised_where_the_whole_state_cannot_be():
@@ -144,7 +143,7 @@ def test_outputs_are_linearised_where_the_whole_state_cannot_be():
 def test_two_chains_get_their_own_poles():
     arm = model("two_link_arm").with_values()
     law = state_feedback(controller_form(arm), Poles(-1, -2, -3, -4))
-    poles = rest_point(close_loop(arm, law).system).poles
+    poles = linearise(equilibrium(close_loop(arm, law), near={})).eigenvalues
     assert as_set(poles) == as_set([-1, -2, -3, -4])
 
 
@@ -152,7 +151,7 @@ def test_two_chains_get_their_own_poles():
     "observer",
     [
         lambda: high_gain_observer(ARM, Poles(-1, -2, -3), time_scale="1/20"),
-        lambda: extended_kalman_filter(ARM, process_noise=[0, 1, 100], measurement_noise=["1/10000"]),
+        lambda: extended_kalman_filter(ARM, KalmanNoise(process=[0, 1, 100], measurement=["1/10000"])),
     ],
     ids=["high gain", "extended Kalman"],
 )

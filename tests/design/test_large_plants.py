@@ -10,16 +10,14 @@ from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame
 
 from ulna.base import NoFormError, PlantError
 from ulna.design.analysis.analysis import analyse
-from ulna.design.analysis.large_questions import large_findings
+from ulna.design.analysis.numeric_answers import answers_in_numbers
 from ulna.design.forms.compiled_law import compiled_law
 from ulna.geometry.relative_degree import relative_degree
-from ulna.models import model
-from ulna.models.flexible_arm import GRAVITY, LENGTH, MASS, STIFFNESS, flexible_joint_arm
+from ulna.plants.flexible_arm import GRAVITY, LENGTH, MASS, STIFFNESS, flexible_joint_arm, model
 from ulna.program import Operation, to_numpy
 from ulna.program.lowering.casadi import to_casadi
 from ulna.symbolic.compiling import kernel
-from ulna.system import System, system_from_mapping
-from ulna.system.field_kernel import field_kernel
+from ulna.system import System, system_from_mapping, system_kernel
 
 KEYS = (
     "relative_degree",
@@ -95,7 +93,7 @@ def test_under_the_law_the_fourth_derivatives_are_the_new_inputs(links):
     """Graph differentiation by CasADi, which shares nothing with the jets, gives the fourth derivative v."""
     arm = flexible_joint_arm(links)
     law = compiled_law(arm)
-    field = field_kernel(arm)
+    field = system_kernel(arm)
     n = 4 * links
     x, u = ca.SX.sym("x", n), ca.SX.sym("u", links)
     outputs = to_casadi(field.kernel)(ca.vertcat(x, u))
@@ -132,7 +130,7 @@ def test_under_the_law_the_fourth_derivatives_are_the_new_inputs(links):
 )
 def test_both_roads_answer_alike(plant):
     system = system_from_mapping(plant)
-    symbolic, numeric = analyse(system), large_findings(system, KEYS)
+    symbolic, numeric = analyse(system), answers_in_numbers(system, KEYS)
     for key in KEYS:
         assert numeric[key].value == symbolic[key].value, key
         assert numeric[key].verdict.status in ("supported", "refuted"), key
@@ -159,7 +157,7 @@ def test_the_arm_obeys_the_euler_lagrange_equations_of_one_pendulum():
 def test_the_arm_obeys_kanes_equations(links):
     """Mass matrix and forces by `KanesMethod`, which the plant is not written with."""
     arm = flexible_joint_arm(links)
-    program = to_numpy(field_kernel(arm).kernel)
+    program = to_numpy(system_kernel(arm).kernel)
     angles, speeds = dynamicsymbols(f"a1:{links + 1}"), dynamicsymbols(f"s1:{links + 1}")
     ground, last = ReferenceFrame("N"), Point("O")
     last.set_vel(ground, 0)
@@ -299,6 +297,6 @@ def test_what_has_no_compiled_law_says_why():
 def test_numbers_need_parameter_values():
     system = system_from_mapping({"parameters": {"k": {}}, "states": {"a": "-k*a"}})
     with pytest.raises(PlantError, match="without a value: k"):
-        field_kernel(system)
+        system_kernel(system)
     with pytest.raises(PlantError, match="0 links"):
         flexible_joint_arm(0)

@@ -25,7 +25,7 @@ from ulna.design import (
     with_disturbance,
 )
 from ulna.design.observers.observer import error_matrix
-from ulna.models import arm_with_drive, load_estimate, model, preset
+from ulna.plants import arm_with_drive, load_estimate, model, preset
 from ulna.sim import metrics, simulate
 from ulna.studies.prosthesis.load_robust_designs import load_robust_design, robust_grid
 from ulna.system import System, system_from_mapping

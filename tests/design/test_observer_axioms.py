@@ -10,6 +10,7 @@ import pytest
 import sympy as sp
 
 from ulna.design import (
+    KalmanNoise,
     Observer,
     Poles,
     exact_observer,
@@ -21,7 +22,7 @@ from ulna.design import (
     transformed_observer_form,
     with_disturbance,
 )
-from ulna.models import model
+from ulna.plants import model
 from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, control_affine, system_from_mapping
 
@@ -82,7 +83,9 @@ CASES = {
     "high gain, no form": Case(make=lambda: high_gain_observer(NO_FORM, Poles(-1, -2)), rest={}),
     "high gain, two blocks": Case(make=lambda: high_gain_observer(TWO_BLOCKS, Poles(-1, -2, -3)), rest={}),
     "Kalman, arm": Case(make=lambda: extended_kalman_filter(ARM), rest={}),
-    "Kalman, two blocks": Case(make=lambda: extended_kalman_filter(TWO_BLOCKS, measurement_noise=[2, 3]), rest={}),
+    "Kalman, two blocks": Case(
+        make=lambda: extended_kalman_filter(TWO_BLOCKS, KalmanNoise(measurement=[2, 3])), rest={}
+    ),
     "Kalman, cube": Case(make=lambda: extended_kalman_filter(CUBE), rest={}),
     "disturbance, sine": Case(
         make=lambda: extended_state_observer(LOADED, Poles(-4, -5, -6)),
@@ -225,7 +228,7 @@ def test_gains_are_the_papers_the_riccati_equations_and_the_scaled_ones() -> Non
     paper = exact_observer(observer_form(ARM), Poles(-9, -10, -11))
     assert [g.subs(real("theta_hat"), 0) for g in paper.gains] == [20, sp.Rational(4049, 51), -100]
     theta = [real(f"cov_theta_{s.name}") for s in ARM.states]
-    assert list(extended_kalman_filter(ARM, measurement_noise=["1/2"]).gains) == [2 * entry for entry in theta]
+    assert list(extended_kalman_filter(ARM, KalmanNoise(measurement=["1/2"])).gains) == [2 * entry for entry in theta]
     assert list(high_gain_observer(NO_FORM, Poles(-1, -2), time_scale="1/10").gains) == [30, 200]
 
 

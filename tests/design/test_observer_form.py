@@ -17,7 +17,7 @@ from ulna.geometry.observability import observability
 from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, control_affine, read_system, system_from_mapping
 
-ARM = "src/ulna/models/data/one_link_arm.toml"
+ARM = "src/ulna/plants/data/one_link_arm.toml"
 X1, X2, X3, X4 = sp.symbols("x1:5", real=True)
 
 

@@ -7,7 +7,7 @@ import sympy as sp
 
 from ulna.base import DesignError, NoFormError
 from ulna.design.control.gains import Poles
-from ulna.design.observers.extended_kalman import extended_kalman_filter
+from ulna.design.observers.extended_kalman import KalmanNoise, extended_kalman_filter
 from ulna.design.observers.high_gain import high_gain_observer
 from ulna.design.observers.observer import error_matrix, exact_observer, gains_in_form, injected_observer
 from ulna.design.observers.observer_form import observer_form
@@ -15,7 +15,7 @@ from ulna.design.observers.output_transformation import transformed_observer_for
 from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, read_system, system_from_mapping
 
-ARM = read_system("src/ulna/models/data/one_link_arm.toml").with_values()
+ARM = read_system("src/ulna/plants/data/one_link_arm.toml").with_values()
 
 
 def plant(states: dict[str, str], outputs: dict[str, str], inputs: str = "", **more: object) -> System:
@@ -89,7 +89,7 @@ def test_the_observer_in_z_is_the_papers_equation_51() -> None:
 
 
 def test_a_symbolic_plant_keeps_its_parameters() -> None:
-    symbolic = read_system("src/ulna/models/data/one_link_arm.toml")
+    symbolic = read_system("src/ulna/plants/data/one_link_arm.toml")
     observer = exact_observer(observer_form(symbolic), Poles(-9, -10, -11))
     numbers = observer.system.with_values()
     exact = exact_observer(observer_form(ARM), Poles(-9, -10, -11))
@@ -150,9 +150,7 @@ def test_the_filter_of_a_linear_plant_is_kalmans_and_bucys() -> None:
     A, C = sp.Matrix([[0, 1], [-2, -3]]), sp.Matrix([[1, 0]])
     observer = extended_kalman_filter(
         plant({"x1": "x2", "x2": "-2*x1 - 3*x2"}, {"y": "x1"}),
-        process_noise={"x2": 5},
-        measurement_noise=[0.5],
-        initial_covariance=[2, 3],
+        KalmanNoise(process={"x2": 5}, measurement=[0.5], initial_covariance=[2, 3]),
     )
     x1, x2, y, a, b, c = real("x1_hat", "x2_hat", "y", "cov_x1_x1", "cov_x1_x2", "cov_x2_x2")
     P = sp.Matrix([[a, b], [b, c]])
@@ -166,8 +164,8 @@ def test_the_filter_of_a_linear_plant_is_kalmans_and_bucys() -> None:
 
 @pytest.mark.parametrize(
     "weights",
-    [{"process_noise": [1, -1]}, {"measurement_noise": [0]}, {"process_noise": [1]}, {"process_noise": {"x9": 1}}],
+    [{"process": [1, -1]}, {"measurement": [0]}, {"process": [1]}, {"process": {"x9": 1}}],
 )
 def test_weights_that_are_none_are_refused(weights: dict[str, object]) -> None:
     with pytest.raises(DesignError):
-        extended_kalman_filter(HARD, **weights)  # pyright: ignore[reportArgumentType]
+        extended_kalman_filter(HARD, KalmanNoise(**weights))  # pyright: ignore[reportArgumentType]

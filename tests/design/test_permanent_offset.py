@@ -8,7 +8,7 @@ import sympy as sp
 
 from ulna.base import DesignError
 from ulna.design import Poles, close_loop, controller_form, permanent_offset, state_feedback
-from ulna.models import model
+from ulna.plants import model
 from ulna.sim import simulate
 
 PAPER_POLES = ("-2+2*sqrt(3)*j", "-2-2*sqrt(3)*j", -8)

@@ -6,9 +6,8 @@ from ulna.design.forms.linearisability import linearisability
 from ulna.geometry.accessibility import accessibility
 from ulna.geometry.observability import observability
 from ulna.geometry.relative_degree import relative_degree
-from ulna.models import model
-from ulna.system import system_from_mapping
-from ulna.system.operating_point import operating_point
+from ulna.plants import model
+from ulna.system import equilibrium, system_from_mapping
 
 
 def test_the_reactor_loses_rank_at_its_steady_state():
@@ -50,5 +49,5 @@ def test_a_point_that_is_at_rest_for_all_parameters_leaves_them_free():
             "operating_point": {"x": 0},
         }
     )
-    assert operating_point(plant).parameters == {}
+    assert equilibrium(plant).parameters == {}
     assert accessibility(plant).rank_at_point == 1

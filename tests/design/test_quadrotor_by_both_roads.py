@@ -10,8 +10,7 @@ import sympy as sp
 
 from ulna.design.analysis.analysis import analyse
 from ulna.design.forms.compiled_law import compiled_law
-from ulna.models import model
-from ulna.models.flexible_arm import flexible_joint_arm
+from ulna.plants import flexible_joint_arm, model
 from ulna.program import to_numpy
 from ulna.symbolic.compiling import kernel
 

@@ -8,7 +8,7 @@ import sympy as sp
 
 from ulna.base import DesignError
 from ulna.design import Law, Poles, close_loop, controller_form, reduced_order, state_feedback
-from ulna.models import arm_with_drive, preset
+from ulna.plants import arm_with_drive, preset
 from ulna.sim import simulate
 from ulna.system import System, system_from_mapping
 

@@ -22,7 +22,7 @@ from ulna.design import (
     state_feedback,
 )
 from ulna.design.control.sampled_stability import _exponential
-from ulna.models import arm_with_drive, preset
+from ulna.plants import arm_with_drive, preset
 from ulna.sim import Trajectory, metrics, simulate
 from ulna.sim.sampled import RungeKutta4, Sampled, Saturation
 from ulna.system import System, system_from_mapping

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy as sp
 
 from ulna.design import Poles, analyse, controller_form, exact_observer, observer_form, state_feedback
-from ulna.models import model
+from ulna.plants import model
 from ulna.symbolic.formulas.text import listing
 
 ARM = model("one_link_arm").with_values()

@@ -118,7 +118,7 @@ def test_dry_friction_is_named_instead_of_differentiated() -> None:
 
 
 def test_the_one_link_arm_with_symbols_has_full_rank() -> None:
-    found = accessibility(read_system(Path(ulna.__file__).parent / "models" / "data" / "one_link_arm.toml"))
+    found = accessibility(read_system(Path(ulna.__file__).parent / "plants" / "data" / "one_link_arm.toml"))
     assert found.rank == 3
 
 

@@ -8,6 +8,7 @@ import inspect
 import re
 import subprocess
 import sys
+from collections.abc import Collection
 from pathlib import Path
 
 import pytest
@@ -68,3 +69,43 @@ def test_there_is_one_version() -> None:
     assert importlib.metadata.version("ulna") == ulna.__version__
     result = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True, check=True)
     assert result.stdout == f"ulna {ulna.__version__}\n"
+
+
+def _shadowed(front: Path, names: Collection[str]) -> set[str]:
+    """The names of a front that are also its modules or packages: which of the two one gets hangs on import order."""
+    return {n for n in names if (front / f"{n}.py").exists() or (front / n).is_dir()}
+
+
+def test_no_public_name_is_a_package_of_its_own() -> None:
+    assert _shadowed(ROOT / "src" / "ulna", NAMES) == set()
+
+
+@pytest.mark.parametrize("package", ["plants", "system"])
+def test_no_function_of_a_front_has_the_name_of_its_module(package: str) -> None:
+    front = importlib.import_module(f"ulna.{package}")
+    assert _shadowed(ROOT / "src" / "ulna" / package, front.__all__) == set()
+
+
+def test_a_function_named_like_its_module_is_noticed(tmp_path: Path) -> None:
+    (tmp_path / "connect.py").touch()
+    (tmp_path / "plants").mkdir()
+    assert _shadowed(tmp_path, ["connect", "plants", "System"]) == {"connect", "plants"}
+
+
+def test_public_names_mean_the_same_in_every_order_of_imports() -> None:
+    """One fresh process, which forks a child for every order, so that what lies below the catalogue loads once."""
+    code = """
+import itertools, os, sys
+import ulna.base.units, ulna.system
+ulna.base.units.unit("m")
+steps = ("ulna.model('duffing')", "ulna.models()", "import ulna.plants")
+for order in itertools.permutations(steps):
+    child = os.fork()
+    if child == 0:
+        for step in order:
+            exec(step)
+        os._exit(0 if ulna.models()[0].name and ulna.model('duffing').states else 1)
+    if os.waitpid(child, 0)[1]:
+        sys.exit(f"broken by {order}")
+"""
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False).stderr == ""

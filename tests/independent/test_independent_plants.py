@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from independent_arm import Plant, mujoco_plant, mujoco_steps, pinocchio_plant
 
-from ulna.models.driven_arm import arm_with_drive
-from ulna.models.presets import preset
+from ulna.plants import arm_with_drive, preset
 from ulna.sim import simulate
 from ulna.studies.prosthesis.field import contenders, tuned_numbers
 from ulna.studies.prosthesis.lanes import LANES

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ulna.base import SimulationError, UlnaError
-from ulna.models import model
+from ulna.plants import model
 from ulna.plot import plot_trajectories, plot_trajectory
 from ulna.sim import Trajectory, simulate
 

@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 from ulna.base import UlnaError
-from ulna.models import model
+from ulna.plants import model
 from ulna.report import mathml
 from ulna.studies.paper.carry import Checked, Step, check_chain, printed_value, rows_of
 from ulna.studies.paper.chain import X, number_chain

@@ -11,9 +11,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from ulna.base import DesignError, PlantError, SimulationError
-from ulna.models.presets import preset, preset_from_mapping
-from ulna.models.statics import hold
-from ulna.models.thermal import steady_rise
+from ulna.plants import hold, preset, preset_from_mapping, steady_rise
 from ulna.sim.references import minimum_jerk
 from ulna.studies.prosthesis.baselines import pid
 from ulna.studies.prosthesis.compare import Comparison, compare, plain_results

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ulna.base import DesignError, UlnaError
-from ulna.models.presets import preset
+from ulna.plants import preset
 from ulna.sim.references import MotionLimits
 from ulna.studies.prosthesis.demonstration import demonstrate
 from ulna.studies.prosthesis.emg_pipeline import Pipeline, activations, calibrated, fresh_memory

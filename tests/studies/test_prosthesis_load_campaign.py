@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ulna.models import preset
+from ulna.plants import preset
 from ulna.studies.prosthesis.load_campaign import WINDOW, load_campaign
 
 NAMES = ["paper", "bench_servo", "transhumeral_elbow", "human_scale"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from ulna.models import preset
+from ulna.plants import preset
 from ulna.sim import Quantiser, Sampled, Saturation, simulate
 from ulna.studies.prosthesis.designs import joined
 from ulna.studies.prosthesis.lanes import LANES, block

@@ -10,7 +10,7 @@ import mpmath
 import sympy as sp
 
 from ulna.symbolic.formulas.parse import parse_formula
-from ulna.system import System, control_affine, operating_point
+from ulna.system import System, control_affine, equilibrium
 
 DIGITS = 40
 _SMALL = mpmath.mpf(10) ** -18
@@ -70,7 +70,7 @@ class Facts:
 def facts(system: System) -> Facts:
     """The facts of a system; its operating point with parameters at their values."""
     view = control_affine(system)
-    point = {s: sp.sympify(e).subs(system.values) for s, e in operating_point(system).states.items()}
+    point = {s: sp.sympify(e).subs(system.values) for s, e in equilibrium(system).states.items()}
     return Facts(
         states=tuple(view.x),
         inputs=tuple(view.u),

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from ulna.base import PlantError
-from ulna.models import as_plant, model
+from ulna.plants import as_plant, model
 from ulna.system import (
     System,
     as_system,

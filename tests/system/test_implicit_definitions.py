@@ -8,8 +8,7 @@ import sympy as sp
 
 from ulna.base import PlantError, UnitError
 from ulna.program import to_numpy
-from ulna.system import connect, read_system, system_from_mapping, write_system
-from ulna.system.field_kernel import field_kernel
+from ulna.system import connect, read_system, system_from_mapping, system_kernel, write_system
 
 CART = {
     "name": "cart and pendulum",
@@ -56,7 +55,7 @@ def test_the_unknowns_are_put_in_as_formulas():
 
 
 def test_the_program_solves_for_them():
-    field = field_kernel(system_from_mapping(CART))
+    field = system_kernel(system_from_mapping(CART))
     assert field.kernel.inputs == ("x", "v", "theta", "w", "F")
     a, e = accelerations()
     assert to_numpy(field.kernel)(*AT.values()) == pytest.approx([AT["v"], a, AT["w"], e, a], rel=1e-13)

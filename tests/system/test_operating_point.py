@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from ulna.base.verdict import Status
-from ulna.system import operating_point, system_from_mapping
+from ulna.system import equilibrium, system_from_mapping
 
 
 def plant(states, *, parameters=None, point=None, inputs=("u",)):
@@ -29,9 +29,9 @@ def largest_rate(system, found):
 
 def test_a_transcendental_rest_point_is_given_in_decimals_and_says_so():
     system = plant({"x1": "x2", "x2": "-k*x1 - cos(x1) - x2"}, parameters={"k": 2}, inputs=())
-    found = operating_point(system)
-    assert found.equilibrium.status is Status.SUPPORTED
-    assert found.equilibrium.evidence["digits"] == 12
+    found = equilibrium(system)
+    assert found.verdict.status is Status.SUPPORTED
+    assert found.verdict.evidence["digits"] == 12
     assert found.states[sp.Symbol("x2", real=True)] == 0
     assert found.parameters
     assert largest_rate(system, found) < 1e-11
@@ -39,7 +39,7 @@ def test_a_transcendental_rest_point_is_given_in_decimals_and_says_so():
 
 def test_long_roots_of_a_cubic_are_given_in_decimals():
     system = plant({"v": "v - v**3/3 - w + u", "w": "v + a - b*w"}, parameters={"a": 0.7, "b": 0.8})
-    found = operating_point(system)
+    found = equilibrium(system)
     assert all(value.is_Rational for value in found.states.values())
     assert list(found.inputs.values()) == [0]
     assert 0 < largest_rate(system, found) < 1e-11
@@ -47,26 +47,26 @@ def test_long_roots_of_a_cubic_are_given_in_decimals():
 
 def test_a_point_given_with_few_digits_counts_as_the_equilibrium_beside_it():
     states = {"x1": "x2", "x2": "1 - x3**2/(1 + x1)**2", "x3": "u - x3"}
-    rounded = operating_point(plant(states, point={"x1": 0.4142, "x2": 0, "x3": 1.41421}))
-    assert rounded.equilibrium.status is Status.SUPPORTED
+    rounded = equilibrium(plant(states, point={"x1": 0.4142, "x2": 0, "x3": 1.41421}))
+    assert rounded.verdict.status is Status.SUPPORTED
     assert rounded.states[sp.Symbol("x3", real=True)] == sp.Rational("1.41421")
     assert float(rounded.inputs[sp.Symbol("u", real=True)]) == pytest.approx(1.4142, abs=1e-3)
 
 
 @pytest.mark.parametrize("point", [{"x1": 1, "x2": 1}, {"x1": 0.5, "x2": 0.3}])
 def test_a_point_that_is_no_equilibrium_stays_where_it_was_given(point):
-    found = operating_point(plant({"x1": "x2**2 - exp(x1)", "x2": "u"}, point=point))
-    assert found.equilibrium.fails
+    found = equilibrium(plant({"x1": "x2**2 - exp(x1)", "x2": "u"}, point=point))
+    assert found.verdict.fails
     assert [float(v) for v in found.states.values()] == list(point.values())
 
 
 def test_a_plant_that_never_rests_is_refused():
-    found = operating_point(plant({"x1": "1 + exp(x1)", "x2": "u"}))
-    assert found.equilibrium.fails
+    found = equilibrium(plant({"x1": "1 + exp(x1)", "x2": "u"}))
+    assert found.verdict.fails
     assert set(found.states.values()) == {0}
 
 
 def test_a_given_point_without_inputs_to_hold_it_is_no_equilibrium():
-    found = operating_point(plant({"x1": "x1*(1 - x2)", "x2": "x2*(x1 - 1) + x1"}, point={"x1": 1, "x2": 1}, inputs=()))
-    assert found.equilibrium.fails
+    found = equilibrium(plant({"x1": "x1*(1 - x2)", "x2": "x2*(x1 - 1) + x1"}, point={"x1": 1, "x2": 1}, inputs=()))
+    assert found.verdict.fails
     assert list(found.states.values()) == [1, 1]

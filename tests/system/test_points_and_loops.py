@@ -4,38 +4,38 @@ import pytest
 import sympy as sp
 
 from ulna.base import PlantError, Status
-from ulna.models import model
-from ulna.system import connect, equilibria, linearise, operating_point, system_from_mapping
+from ulna.plants import model
+from ulna.system import connect, equilibria, equilibrium, linearise, system_from_mapping
 
 LAG = {"states": {"x": "(u - x)/T"}, "inputs": {"u": {}}, "outputs": {"y": "x"}, "parameters": {"T": {"value": 2}}}
 
 
 def test_the_arm_rests_horizontally_with_the_current_that_holds_it():
     arm = model("one_link_arm")
-    point = operating_point(arm)
-    assert point.equilibrium.holds
+    point = equilibrium(arm)
+    assert point.verdict.holds
     current = point.states[sp.Symbol("i", real=True)].subs(arm.values)
     assert current == -sp.Rational(1764, 100)
 
 
 def test_an_operating_point_left_out_is_solved_for():
     system = system_from_mapping({"states": {"x": "x - 3 + u", "z": "-z + x"}, "inputs": {"u": {}}})
-    point = operating_point(system)
-    assert point.equilibrium.holds
+    point = equilibrium(system)
+    assert point.verdict.holds
     assert point.inputs[sp.Symbol("u", real=True)] == 3
 
 
 def test_a_plant_without_equilibrium_says_so():
-    point = operating_point(system_from_mapping({"states": {"x": "1 + x**2"}}))
-    assert point.equilibrium.fails
-    assert point.equilibrium.evidence["state"] == "x"
+    point = equilibrium(system_from_mapping({"states": {"x": "1 + x**2"}}))
+    assert point.verdict.fails
+    assert point.verdict.evidence["state"] == "x"
 
 
 def test_all_equilibria_of_the_arm_are_found_and_proved_complete():
     found = equilibria(model("one_link_arm"), {"theta": (-6.3, 6.3)})
-    assert [p.states["theta"] for p in found.points] == pytest.approx([(k + 0.5) * math.pi for k in (-2, -1, 0, 1)])
+    assert [p["theta"] for p in found] == pytest.approx([(k + 0.5) * math.pi for k in (-2, -1, 0, 1)])
     assert found.complete.status is Status.PROVED
-    assert [p.stable for p in found.points] == [True, False, True, False]
+    assert [linearise(p).stable for p in found] == [True, False, True, False]
 
 
 def test_a_double_root_is_not_counted_as_settled():

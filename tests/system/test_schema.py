@@ -4,7 +4,7 @@ import pytest
 import sympy as sp
 
 from ulna.base import FormulaError, NotAffineError, PlantError, UnitError
-from ulna.models import model, models
+from ulna.plants import model, models
 from ulna.system import control_affine, read_system, system_from_mapping, write_system
 
 PENDULUM = {

@@ -23,7 +23,7 @@ from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
 from ulna.campaign.store import Folder, Manifest, Memory, claimed
 from ulna.sim import Continuous
 from ulna.sim.sampled import Sampled
-from ulna.system import System, operating_point
+from ulna.system import System, equilibrium
 
 CONTINUOUS = Continuous()
 
@@ -173,7 +173,7 @@ def _measures(loop: Loop | System, time: Continuous | Sampled) -> Measures:
 def _targets(plant: System, outputs: tuple[str, ...], references: set[str]) -> dict[str, float | str]:
     """Where outputs should end: at their set point, else where the plant rests at its operating point."""
     valued = plant.with_values()
-    point = operating_point(valued)
+    point = equilibrium(valued)
     readouts = dict(zip((s.name for s in plant.outputs), valued.inline(valued.readouts), strict=True))
     found: dict[str, float | str] = {}
     for name in outputs:

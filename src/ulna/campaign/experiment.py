@@ -17,8 +17,7 @@ from ulna.campaign.measures import Measures
 from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
 from ulna.sim import Continuous
 from ulna.sim.sampled import Sampled
-from ulna.system import System
-from ulna.system.signal import to_si
+from ulna.system import System, to_si
 
 
 class Role(Enum):

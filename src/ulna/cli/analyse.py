@@ -41,11 +41,11 @@ def _data(analysis: Analysis) -> dict[str, Any]:
 
     return {
         key: {
-            "verdict": str(finding.verdict.status),
-            "value": plain(finding.value),
-            "evidence": {"claim": finding.verdict.claim} | plain(finding.verdict.evidence),
+            "verdict": str(answer.verdict.status),
+            "value": plain(answer.value),
+            "evidence": {"claim": answer.verdict.claim} | plain(answer.verdict.evidence),
         }
-        for key, finding in analysis.findings.items()
+        for key, answer in analysis.answers.items()
     }
 
 
@@ -55,18 +55,18 @@ def _print(analysis: Analysis) -> None:
     from rich.table import Table
 
     rest = ", ".join(f"{s.name} = {v}" for s, v in analysis.point.values.items())
-    kind = "equilibrium" if analysis.point.equilibrium.holds else "no equilibrium"
+    kind = "equilibrium" if analysis.point.verdict.holds else "no equilibrium"
     table = Table(title=escape(f"{analysis.system.name} at {rest} ({kind})"), title_justify="left")
     table.add_column("question", no_wrap=True)
     table.add_column("verdict", no_wrap=True)
     table.add_column("answer", overflow="fold")
     table.add_column("note", justify="right", no_wrap=True)
     notes: dict[str, int] = {}
-    for key, finding in analysis.findings.items():
-        status = str(finding.verdict.status)
-        why = _evidence(finding.verdict)
+    for key, answer in analysis.answers.items():
+        status = str(answer.verdict.status)
+        why = _evidence(answer.verdict)
         number = str(notes.setdefault(why, len(notes) + 1)) if why else ""
-        table.add_row(key, f"[{_COLOURS[status]}]{status}[/]", escape(line(finding.value)), number)
+        table.add_row(key, f"[{_COLOURS[status]}]{status}[/]", escape(line(answer.value)), number)
     console().print(table)
     below = Table.grid(padding=(0, 1))
     below.add_column(justify="right", no_wrap=True)

@@ -11,7 +11,6 @@ from ulna.cli.making import (
     AsSetPoint,
     AsTrack,
     ControllerPoles,
-    Design,
     DesignOptions,
     HighGain,
     InputOutput,
@@ -25,6 +24,8 @@ from ulna.cli.session import chosen, console, line, plant, print_json, progress
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+    from ulna.design import Controller
 
 
 def design(
@@ -47,15 +48,14 @@ def design(
 
     The law holds the operating point of the plant file unless it takes a set point or a reference.
     """
-    from ulna.system.file import write_system
+    from ulna.system import write_system
 
     system = plant(name)
     options = chosen(DesignOptions, locals())
     with progress(f"designing for '{system.name}'"):
         made = make_design(system if symbolic else system.with_values(), options)
-    controller = made.compensator or made.law or made.observer
-    if out is not None and controller is not None:
-        write_system(controller.system, out)
+    if out is not None:
+        write_system(made, out)
     if plot is not None:
         _plot_poles(made, plot)
     if as_json:
@@ -65,7 +65,7 @@ def design(
         _print_section(title, rows)
 
 
-def _sections(made: Design) -> Iterable[tuple[str, dict[str, Any]]]:
+def _sections(made: Controller) -> Iterable[tuple[str, dict[str, Any]]]:
     """What is shown: title, then name and expression of each line."""
     if made.law is not None:
         form = made.law.form
@@ -95,10 +95,10 @@ def _named(signals: Iterable[Any], expressions: Iterable[Any]) -> dict[str, Any]
     return {s.name: e for s, e in zip(signals, expressions, strict=True)}
 
 
-def _data(made: Design) -> dict[str, Any]:
+def _data(made: Controller) -> dict[str, Any]:
     from ulna.design import gains_in_form
     from ulna.report.results import plain
-    from ulna.system.schema import system_to_mapping
+    from ulna.system import system_to_mapping
 
     data: dict[str, Any] = {"plant": made.plant.name}
     if made.law is not None:
@@ -133,14 +133,8 @@ def _print_section(title: str, rows: dict[str, Any]) -> None:
     console().print(table)
 
 
-def _plot_poles(made: Design, path: Path) -> None:
-    from ulna.design.control.gains import roots_of
+def _plot_poles(made: Controller, path: Path) -> None:
     from ulna.plot.poles import plot_poles
     from ulna.plot.save import save_figure
 
-    groups = {}
-    if made.law is not None:
-        groups["controller"] = roots_of(made.law.polynomials)
-    if made.observer is not None:
-        groups["observer"] = roots_of(made.observer.polynomials)
-    save_figure(plot_poles(groups, title=f"poles of the design for {made.plant.name}"), path)
+    save_figure(plot_poles(made, title=f"poles of the design for {made.plant.name}"), path)

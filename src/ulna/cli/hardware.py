@@ -14,7 +14,7 @@ from ulna.cli.rules import end_stops, saturations
 
 if TYPE_CHECKING:
     from ulna.sim import ConditionalIntegration, Pwm, Quantiser, Sampled
-    from ulna.system.system import System
+    from ulna.system import System
 
 _PANEL = "Hardware (with --period)"
 Period = Annotated[

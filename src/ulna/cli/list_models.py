@@ -13,7 +13,7 @@ def list_models(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON for machines.")] = False,
 ) -> None:
     """List the plants of the catalogue: what each is, what it teaches and where it comes from."""
-    from ulna.models.catalogue import models
+    from ulna.plants import models
 
     if as_json:
         rows = [{"name": m.name, "text": m.text, "teaches": m.teaches, "source": m.source} for m in models()]

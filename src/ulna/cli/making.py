@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,12 +12,8 @@ from ulna.cli.session import number_list, pole_list
 
 if TYPE_CHECKING:
     from ulna.base import NoFormError
-    from ulna.design.control.compensator import ClosedLoop, Compensator
-    from ulna.design.control.gains import AbstractGainRule
-    from ulna.design.control.law import Law
-    from ulna.design.control.reference import AbstractReference
-    from ulna.design.observers.observer import Observer
-    from ulna.system.system import System
+    from ulna.design import AbstractGainRule, ClosedLoop, Controller, Law
+    from ulna.system import System
 
 _LAW, _OBSERVER = "Law", "Observer"
 ControllerPoles = Annotated[
@@ -98,16 +93,6 @@ class DesignOptions:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Design:
-    """What the options asked for: a law, an observer, or both as a compensator."""
-
-    plant: System
-    law: Law | None
-    observer: Observer | None
-    compensator: Compensator | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class LoopMade:
     """A plant, with the controller asked for around it.
 
@@ -118,7 +103,7 @@ class LoopMade:
             at zero as in the paper; a filter's covariance at its initial value.
     """
 
-    design: Design | None
+    design: Controller | None
     loop: ClosedLoop | None
     starts: Mapping[str, float]
 
@@ -144,43 +129,40 @@ def make_loop(system: System, options: DesignOptions) -> LoopMade:
         found = "an observer is asked for without a law."
         raise DesignError("a closed loop", found, "Give --controller-poles or --lqr too.")
     made = make_design(system.with_values(), options)
-    controller = made.compensator or made.law
-    if controller is None:
-        raise DesignError("a closed loop", "no law was designed.")
-    return LoopMade(design=made, loop=close_loop(system, controller), starts=_starts(made))
+    return LoopMade(design=made, loop=close_loop(system, made), starts=made.initial)
 
 
 def given_states(system: System) -> dict[str, float]:
     """The states that the plant's file gives for its operating point, by name; zero where it gives none."""
-    from ulna.system.operating_point import given_point
+    from ulna.system import given_point
 
     return {state.name: float(value) for state, value in given_point(system).states.items()}
 
 
-def _starts(made: Design) -> dict[str, float]:
-    if made.observer is None:
-        return {}
-    starts = {f"{name}_hat": value for name, value in given_states(made.plant).items()}
-    return starts | {name: float(value) for name, value in made.observer.initial.items()}
-
-
-def make_design(system: System, options: DesignOptions) -> Design:
+def make_design(system: System, options: DesignOptions) -> Controller:
     """The design that the options ask for.
 
     Raises:
         UlnaError: if nothing is asked for or two options exclude each other, or the plant lacks the form needed.
     """
-    from ulna.base import DesignError
-    from ulna.design.control.compensator import compensator
+    from ulna.base import DesignError, NoFormError
+    from ulna.design import SetPoint, Track, controller_for
 
     _require_consistent(options)
     if not options.law and not options.observer:
         what = "Add --controller-poles or --lqr, --observer-poles or --kalman, or one of each."
         raise DesignError("a design", "neither a law nor an observer is asked for.", what)
-    law = _law(system, options) if options.law else None
-    observer = _observer(system, options) if options.observer else None
-    both = compensator(law, observer) if law is not None and observer is not None else None
-    return Design(plant=system, law=law, observer=observer, compensator=both)
+    try:
+        return controller_for(
+            system,
+            law=_gains(options) if options.law else None,
+            observer=_observer(options) if options.observer else None,
+            outputs_only=options.input_output,
+            reference=SetPoint() if options.set_point else Track() if options.track else None,
+            integral=options.integral,
+        )
+    except NoFormError as missing:
+        raise _in_options(missing, system) from None
 
 
 def _require_consistent(options: DesignOptions) -> None:
@@ -202,45 +184,6 @@ def _require_consistent(options: DesignOptions) -> None:
         raise DesignError(asked, "there is no law to add it to.", "Add --controller-poles or --lqr.")
 
 
-def _law(system: System, options: DesignOptions) -> Law:
-    from ulna.base import NoFormError
-    from ulna.design.control.law import state_feedback
-    from ulna.design.control.reference import SetPoint, Track
-    from ulna.design.forms.controller_form import controller_form
-    from ulna.design.forms.input_output import input_output_form
-
-    if options.input_output:
-        form = input_output_form(system)
-        _warn_of_internal_dynamics(system)
-    else:
-        try:
-            form = controller_form(system)
-        except NoFormError as missing:
-            square = 0 < len(system.outputs) == len(system.inputs)
-            offer = "Add --input-output to linearise the outputs only." if square else missing.hint
-            raise type(missing)(missing.asked, missing.found, offer, value=missing.value) from None
-    reference: AbstractReference | None = None
-    if options.set_point or options.track:
-        reference = SetPoint() if options.set_point else Track()
-    return state_feedback(form, _gains(options), reference=reference, integral=options.integral)
-
-
-def _warn_of_internal_dynamics(system: System) -> None:
-    """Say what the law leaves to itself."""
-    from ulna.base import UlnaWarning
-    from ulna.design.internal.minimum_phase import minimum_phase
-    from ulna.design.internal.zero_dynamics import zero_dynamics
-
-    stability = str(minimum_phase(zero_dynamics(system)).stability)
-    if stability not in ("exponential", "asymptotic"):
-        warnings.warn(
-            f"the zero dynamics of '{system.name}' are {stability}: with the outputs held the rest of the state may "
-            "run away. `ulna analyse` shows them.",
-            UlnaWarning,
-            stacklevel=2,
-        )
-
-
 def _gains(options: DesignOptions) -> AbstractGainRule:
     from ulna.design.control.gains import LinearQuadratic, Poles
 
@@ -254,39 +197,25 @@ def _gains(options: DesignOptions) -> AbstractGainRule:
     return LinearQuadratic(state_weights=states, input_weight=weight[0])
 
 
-def _observer(system: System, options: DesignOptions) -> Observer:
-    from ulna.base import NoFormError
-    from ulna.design.control.gains import Poles
-    from ulna.design.observers.extended_kalman import extended_kalman_filter
-    from ulna.design.observers.high_gain import high_gain_observer
-    from ulna.design.observers.observer import exact_observer
-    from ulna.design.observers.observer_form import observer_form
-    from ulna.design.observers.output_transformation import transformed_observer_form
+def _observer(options: DesignOptions) -> Any:
+    from ulna.design import HighGain, KalmanNoise, Poles
 
     if options.kalman:
         process, measurement = _halves(options.kalman, "--kalman", "'1,1,1:0.01'")
-        return extended_kalman_filter(system, process_noise=process, measurement_noise=measurement)
+        return KalmanNoise(process=process, measurement=measurement)
     gains = Poles(*pole_list(options.observer_poles))
-    if options.high_gain is not None:
-        return high_gain_observer(system, gains, time_scale=options.high_gain)
-    try:
-        form = observer_form(system)
-    except NoFormError as missing:
-        try:
-            form = transformed_observer_form(system)
-        except NoFormError:
-            raise _with_offer(missing, system) from None
-    return exact_observer(form, gains)
+    return gains if options.high_gain is None else HighGain(gains=gains, time_scale=options.high_gain)
 
 
-def _with_offer(missing: NoFormError, system: System) -> NoFormError:
-    """The refusal with what the command line offers instead of an observer form."""
-    if not system.outputs:
-        found, offer = "the plant has no output to observe.", "Add [outputs], or leave the observer out."
-    else:
-        weights = f"{','.join(['1'] * len(system.states))}:{','.join(['0.01'] * len(system.outputs))}"
-        found, offer = missing.found, f"Add --high-gain 0.1, or replace --observer-poles by --kalman {weights}."
-    return type(missing)(missing.asked, found, offer, value=missing.value)
+def _in_options(missing: NoFormError, system: System) -> NoFormError:
+    """The refusal with what the command line offers instead of the form."""
+    weights = f"{','.join(['1'] * len(system.states))}:{','.join(['0.01'] * len(system.outputs))}"
+    offers = {
+        "outputs_only": "Add --input-output to linearise the outputs only.",
+        "KalmanNoise": f"Add --high-gain 0.1, or replace --observer-poles by --kalman {weights}.",
+    }
+    hint = next((text for word, text in offers.items() if word in missing.hint), missing.hint)
+    return type(missing)(missing.asked, missing.found, hint, value=missing.value)
 
 
 def _halves(text: str, option: str, example: str, *, missing: str = "") -> tuple[list[float], list[float]]:

@@ -10,7 +10,7 @@ from ulna.cli.session import number_list
 
 if TYPE_CHECKING:
     from ulna.sim import Crossing, EndStop, Saturation, Settling
-    from ulna.system.system import System
+    from ulna.system import System
 
 
 def saturations(texts: Sequence[str]) -> Saturation | dict[str, Saturation] | None:

@@ -18,7 +18,7 @@ from ulna.base.errors import UlnaError, UlnaWarning
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from ulna.system.system import System
+    from ulna.system import System
 
 
 Options = TypeVar("Options")
@@ -52,7 +52,7 @@ def plant(name: str) -> System:
     Raises:
         UlnaError: if it is neither.
     """
-    from ulna.models import as_plant
+    from ulna.plants import as_plant
 
     return as_plant(name)
 

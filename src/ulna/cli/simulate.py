@@ -43,7 +43,7 @@ from ulna.cli.session import chosen, console, number_list, plant, plant_states, 
 
 if TYPE_CHECKING:
     from ulna.sim.trajectory import Trajectory
-    from ulna.system.system import System
+    from ulna.system import System
 
 
 def simulate(

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from ulna.campaign import Progress
     from ulna.design.control.compensator import ClosedLoop
     from ulna.sim import Continuous, Sampled
-    from ulna.system.system import System
+    from ulna.system import System
 
 _VARY = re.compile(r"\s*([^\W\d]\w*)\s*=\s*(\w+)\((.*)\)\s*")
 

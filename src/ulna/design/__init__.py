@@ -1,7 +1,7 @@
 """Forms, laws, observers, compensators and closed loops: from a plant's geometry to its controller."""
 
 from ulna.design.analysis.analysis import Analysis, analyse
-from ulna.design.analysis.findings import Finding
+from ulna.design.analysis.answer import Answer
 from ulna.design.control.cascade import InnerLoop, close_cascade, inner_loop
 from ulna.design.control.compensator import ClosedLoop, Compensator, close_loop, compensator
 from ulna.design.control.gains import AbstractGainRule, LinearQuadratic, Poles
@@ -12,6 +12,7 @@ from ulna.design.control.permanent_offset import PermanentOffset, permanent_offs
 from ulna.design.control.reduced_order import ReducedOrder, reduced_order
 from ulna.design.control.reference import Regulate, SetPoint, Track
 from ulna.design.control.sampled_stability import sampled_grid, sampling_advice
+from ulna.design.controller import Controller, controller_for
 from ulna.design.forms.controller_form import controller_form
 from ulna.design.forms.dynamic_extension import DynamicExtension, dynamic_extension
 from ulna.design.forms.flatness import flat_output
@@ -23,9 +24,9 @@ from ulna.design.forms.normal_form import NormalForm, normal_form
 from ulna.design.forms.state_linearisation import StateLinearisation, state_linearisation
 from ulna.design.internal.minimum_phase import minimum_phase
 from ulna.design.internal.zero_dynamics import ZeroDynamics, zero_dynamics
-from ulna.design.observers.extended_kalman import extended_kalman_filter
+from ulna.design.observers.extended_kalman import KalmanNoise, extended_kalman_filter
 from ulna.design.observers.extended_state_observer import extended_state_observer, with_disturbance
-from ulna.design.observers.high_gain import high_gain_observer
+from ulna.design.observers.high_gain import HighGain, high_gain_observer
 from ulna.design.observers.observer import Observer, error_matrix, exact_observer, gains_in_form, injected_observer
 from ulna.design.observers.observer_form import ObserverForm, observer_form
 from ulna.design.observers.output_transformation import transformed_observer_form
@@ -33,11 +34,14 @@ from ulna.design.observers.output_transformation import transformed_observer_for
 __all__ = [
     "AbstractGainRule",
     "Analysis",
+    "Answer",
     "ClosedLoop",
     "Compensator",
+    "Controller",
     "DynamicExtension",
-    "Finding",
+    "HighGain",
     "InnerLoop",
+    "KalmanNoise",
     "Law",
     "LinearQuadratic",
     "Linearisability",
@@ -60,6 +64,7 @@ __all__ = [
     "close_cascade",
     "close_loop",
     "compensator",
+    "controller_for",
     "controller_form",
     "dynamic_extension",
     "error_matrix",

@@ -17,9 +17,7 @@ from ulna.geometry.smoothness import require_smooth
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at
 from ulna.symbolic.exact.simplify import normal_form
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.operating_point import operating_point
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _SECONDS = 1.0
 _SECONDS_FOR_BRACKETS = 3.0
@@ -82,7 +80,7 @@ class Accessibility:
     @property
     def controllable_at_point(self) -> Verdict:
         """Whether the controllability matrix has rank n at the operating point."""
-        return _full(self, self.ranks_at_point, operating_point(self.view.system).phrase)
+        return _full(self, self.ranks_at_point, equilibrium(self.view.system).phrase)
 
     @property
     def indices(self) -> tuple[int, ...]:
@@ -127,7 +125,7 @@ def accessibility(system: System) -> Accessibility:
         UlnaError: if a field is not smooth.
     """
     view = control_affine(system)
-    n, here = len(view.x), operating_point(system)
+    n, here = len(view.x), equilibrium(system)
     point = dict(here.states)
     if not view.u:
         return Accessibility(view=view, levels=(), ranks=(), ranks_at_point=(), point=point, singular=None)

@@ -22,9 +22,7 @@ from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.operating_point import operating_point
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _TEST = SampledZero(seconds=0.4)
 _SECONDS = 6.0
@@ -74,7 +72,7 @@ def accessible_decomposition(system: System) -> Decomposition:
     if d == 0:
         whole = _change(view, list(view.x))
         return Decomposition(view=view, dimension=0, map=whole, verdict=Verdict.proved(claim, reason="no inputs act"))
-    point = operating_point(system).states
+    point = equilibrium(system).states
     found = first_integrals(span, near=point)
     if found.functions is None:
         verdict = Verdict.undecided(claim, **{**found.verdict.evidence, "because": found.verdict.claim})
@@ -165,7 +163,7 @@ def _within(view: ControlAffine, coordinates: Sequence[sp.Expr], function: sp.Ex
 def _complement(view: ControlAffine, functions: Sequence[sp.Expr]) -> list[sp.Expr]:
     """States that complete the functions to coordinates, regular at the operating point if possible."""
     n = len(view.x)
-    point = operating_point(view.system).states
+    point = equilibrium(view.system).states
     missing = n - len(functions)
     fallback: list[sp.Expr] = []
     for chosen in combinations(view.x, missing):
@@ -189,6 +187,6 @@ def _change(view: ControlAffine, functions: Sequence[sp.Expr]) -> Diffeomorphism
         forward,
         view.x,
         new_symbols("zeta", len(functions), taken),
-        near=operating_point(view.system).states,
+        near=equilibrium(view.system).states,
         singular=sp.nan if singular is None else tidy(singular, seconds=0.3),
     )

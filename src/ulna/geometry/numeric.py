@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ulna.base import OptionalDependencyError, Verdict
-from ulna.system.field_kernel import FieldKernel
+from ulna.system import SystemKernel
 
 SEED = 5039
 POINTS = 3
@@ -35,7 +35,7 @@ class NumericStructure:
     observability_rank_at_point: int | None
 
 
-def numeric_structure(field: FieldKernel, point: np.ndarray) -> NumericStructure:
+def numeric_structure(field: SystemKernel, point: np.ndarray) -> NumericStructure:
     """Controllability, involutivity and observability of a plant in numbers.
 
     Args:
@@ -63,7 +63,7 @@ def numeric_structure(field: FieldKernel, point: np.ndarray) -> NumericStructure
 class _Graph:
     """Drift, input fields, their brackets and outputs as CasADi expressions in the state."""
 
-    def __init__(self, field: FieldKernel) -> None:
+    def __init__(self, field: SystemKernel) -> None:
         try:
             import casadi as ca
         except ImportError:

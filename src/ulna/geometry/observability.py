@@ -19,9 +19,7 @@ from ulna.geometry.observability_at_point import rank_of_all_rows
 from ulna.geometry.smoothness import require_smooth
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.operating_point import operating_point
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _SECONDS = 6.0
 
@@ -76,7 +74,7 @@ def observability(system: System) -> Observability:
     """
     view = control_affine(system)
     require_smooth([*view.f, *view.h], f"observability of '{system.name}'")
-    here = operating_point(system)
+    here = equilibrium(system)
     chains = _chains(view)
     functions = tuple(h for chain in chains for h in chain)
     indices = tuple(len(chain) for chain in chains)

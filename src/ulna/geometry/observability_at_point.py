@@ -17,7 +17,7 @@ from ulna.symbolic.compiling import kernel
 from ulna.symbolic.exact.ball import exact_ball
 from ulna.symbolic.exact.rank import Rank, rank_of_balls
 from ulna.symbolic.exact.sample import SEED, random_points
-from ulna.system.affine import ControlAffine
+from ulna.system import ControlAffine
 
 
 def rank_of_all_rows(view: ControlAffine, point: Mapping[sp.Symbol, sp.Expr]) -> Rank:

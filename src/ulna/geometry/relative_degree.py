@@ -15,9 +15,7 @@ from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import generic_rank, minor_determinant, rank_at
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.operating_point import operating_point
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _TEST = SampledZero(seconds=0.5)
 _SECONDS = 4.0
@@ -86,7 +84,7 @@ def relative_degree_of(
     Raises:
         UlnaError: if something that has to be differentiated is not smooth.
     """
-    here = operating_point(view.system) if point is None else None
+    here = equilibrium(view.system) if point is None else None
     where = dict(point or {}) if here is None else dict(here.states)
     found = [_differentiated(h, view) for h in outputs]
     degrees = tuple(one.degree for one in found)

@@ -8,7 +8,7 @@ import sympy as sp
 
 from ulna.base import UlnaError
 from ulna.symbolic.formulas.text import formula
-from ulna.system.affine import NON_SMOOTH
+from ulna.system import NON_SMOOTH
 
 
 def require_smooth(expressions: Iterable[sp.Expr], asked: str) -> None:

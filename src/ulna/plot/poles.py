@@ -4,28 +4,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ulna.base import UlnaError
 from ulna.plot.style import INK, MUTED, RULE, SURFACE, axis_label, colour, dress, new_figure, set_legend
+from ulna.system import HasSystem, System, linearise
 
 _MARKERS = ("x", "+", "o", "s", "D", "^")
 _DAMPING = (0.2, 0.5, 0.8)
 
 
-def plot_poles(groups: Mapping[str, Sequence[complex]], *, title: str = "", width: float = 6.0) -> Figure:
+def plot_poles(given: Any, *, title: str = "", width: float = 6.0) -> Figure:
     """Return the poles of each group in the plane, in 1/s, with lines of equal damping and the unstable half shaded.
 
     Args:
-        groups: name of the group → its poles, finite.
+        given: name of the group → its poles, finite; or poles alone; or what has them: a law, an observer, what
+            `controller_for` gives (the poles of the design); a linearisation, a closed loop or another system (those
+            of its linearisation, at its operating point).
         title: stands over the axes.
         width: of the figure, in inches.
 
     Raises:
         UlnaError: no pole at all, or one that is not finite.
     """
+    groups = _groups(given)
     poles = [complex(pole) for group in groups.values() for pole in group]
     if not poles or not all(math.isfinite(p.real) and math.isfinite(p.imag) for p in poles):
         raise UlnaError("a figure of poles", f"the poles are {poles}.", "Give at least one pole, all of them finite.")
@@ -58,6 +63,13 @@ def plot_poles(groups: Mapping[str, Sequence[complex]], *, title: str = "", widt
     axes.set_ylabel(axis_label("imaginary part", "1/s"), fontsize=10, color=INK)
     set_legend(figure, axes, title)
     return figure
+
+
+def _groups(given: Any) -> Mapping[str, Sequence[complex]]:
+    found = getattr(given, "poles", getattr(given, "eigenvalues", None))
+    if found is None:
+        found = linearise(given).eigenvalues if isinstance(given, System | HasSystem) else given
+    return found if isinstance(found, Mapping) else {"poles": found}
 
 
 def _limits(poles: Sequence[complex]) -> tuple[float, float, float]:

@@ -1,19 +1,23 @@
 """`System` and what is made of one: its file, its control-affine view, its linearisation; `connect` joins systems."""
 
-from ulna.system.affine import ControlAffine, control_affine, non_smooth_terms
-from ulna.system.connect import connect
-from ulna.system.equilibria import Equilibria, Equilibrium, equilibria
+from ulna.system.affine import NON_SMOOTH, ControlAffine, control_affine, non_smooth_terms
+from ulna.system.connection import connect
+from ulna.system.equilibrium_point import Equilibrium, PointLike
+from ulna.system.equilibrium_range import Equilibria, equilibria
+from ulna.system.equilibrium_search import equilibrium
 from ulna.system.file import read_system, write_system
 from ulna.system.holder import HasSystem, SystemLike, as_system
 from ulna.system.linear_injection import LinearInjection
-from ulna.system.linearise import Linearisation, linearise
-from ulna.system.operating_point import OperatingPoint, operating_point
-from ulna.system.rest_point import RestPoint, rest_point
+from ulna.system.linearisation import Linearisation, linearise
+from ulna.system.operating_point import equilibrium_in_numbers, given_point, known_signs
+from ulna.system.right_hand_side import SystemKernel, system_kernel
 from ulna.system.schema import system_from_mapping, system_to_mapping
-from ulna.system.signal import Definition, Parameter, Signal
+from ulna.system.signal import Definition, Parameter, Signal, to_si
 from ulna.system.system import System
+from ulna.system.zeros import Zeros, newton
 
 __all__ = [
+    "NON_SMOOTH",
     "ControlAffine",
     "Definition",
     "Equilibria",
@@ -21,22 +25,28 @@ __all__ = [
     "HasSystem",
     "LinearInjection",
     "Linearisation",
-    "OperatingPoint",
     "Parameter",
-    "RestPoint",
+    "PointLike",
     "Signal",
     "System",
+    "SystemKernel",
     "SystemLike",
+    "Zeros",
     "as_system",
     "connect",
     "control_affine",
     "equilibria",
+    "equilibrium",
+    "equilibrium_in_numbers",
+    "given_point",
+    "known_signs",
     "linearise",
+    "newton",
     "non_smooth_terms",
-    "operating_point",
     "read_system",
-    "rest_point",
     "system_from_mapping",
+    "system_kernel",
     "system_to_mapping",
+    "to_si",
     "write_system",
 ]

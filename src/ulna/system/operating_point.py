@@ -1,23 +1,28 @@
-"""The operating point of a system: what the user gave, completed to an equilibrium where one exists."""
+"""The operating point of a system: what its file gives, completed to an equilibrium where one exists."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import lru_cache
 
 import sympy as sp
 
+from ulna.base.errors import FormulaError
 from ulna.base.verdict import Verdict
+from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.zero import is_zero
 from ulna.symbolic.formulas.text import formula
-from ulna.symbolic.solving.roots import decimal_root, solutions_in_time
+from ulna.symbolic.solving.roots import solutions_in_time
+from ulna.system.equilibrium_point import Equilibrium
+from ulna.system.signal import to_si
 from ulna.system.system import System
+from ulna.system.zeros import decimal_root
 
 _SECONDS = 1.0
 """s, for one search of an exact equilibrium."""
-_DIGITS = 12
-"""Of an equilibrium in decimals."""
+_IN_NUMBERS_SECONDS = 1.5
+"""s, for the whole search with numbers for every parameter."""
 _ROUNDING = sp.Rational(1, 1000)
 """How far, relatively, an equilibrium may lie from the values given for the states to count as theirs."""
 _LONG = 20
@@ -26,54 +31,19 @@ _LONG_IN_SYMBOLS = 60
 """Operations above which an equilibrium in parameters gives way to one at their values."""
 
 
-class _TooHardError(Exception):
+class TooHardError(Exception):
     """The equations were not solved in time, or by roots that nobody reads."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OperatingPoint:
-    """Values of states and inputs (SI, exact; parameters may appear), and whether the system rests there.
-
-    Attributes:
-        states: value by state symbol, in the order of the system's states.
-        inputs: value by input symbol.
-        equilibrium: proved or supported if every rate vanishes, refuted with the rate that does not.
-        parameters: value by parameter symbol where the system rests there only at the parameters' values; empty where
-            it rests for any parameters, or not at all.
-    """
-
-    system: System
-    states: Mapping[sp.Symbol, sp.Expr]
-    inputs: Mapping[sp.Symbol, sp.Expr]
-    equilibrium: Verdict
-    parameters: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
-
-    @property
-    def where(self) -> dict[sp.Symbol, sp.Expr]:
-        """What questions at the point are asked at: the states, and the parameters where the point hangs on them."""
-        return {**self.states, **self.parameters}
-
-    @property
-    def phrase(self) -> str:
-        """`at the operating point`, and that parameters stand at their values where they do."""
-        return "at the operating point" + (", parameters at their values" if self.parameters else "")
-
-    @property
-    def values(self) -> dict[sp.Symbol, sp.Expr]:
-        """States and inputs together."""
-        return {**self.states, **self.inputs}
-
-
 @lru_cache(maxsize=64)
-def operating_point(system: System) -> OperatingPoint:
+def operating_point(system: System) -> Equilibrium:
     """The given operating point, the rest solved for.
 
     What the user left out is sought in this order: at zero; as an equilibrium with inputs at zero; as any
     equilibrium. Numbers given for states often fit the parameters' values only: where symbols leave no equilibrium the
-    parameters are put at their values. Where none is found the states left out are zero and `equilibrium` is refuted.
+    parameters are put at their values. Where none is found the states left out are zero and the verdict is refuted.
     """
-    symbols = {s.name: s.symbol for s in (*system.states, *system.inputs)}
-    given = {symbols[name]: value for name, value in system.operating_point}
+    given = given_values(system)
     rates = system.inline(system.rates)
     rest_states = [s for s in system.state_symbols if s not in given]
     rest_inputs = [s for s in system.input_symbols if s not in given]
@@ -87,94 +57,115 @@ def operating_point(system: System) -> OperatingPoint:
     for candidate in candidates:
         try:
             point = candidate()
-        except _TooHardError:
+        except TooHardError:
             break  # with more unknowns it is no easier
         if point is not None:
-            verdict = _equilibrium(system, rates, point)
+            verdict = _verdict(system, rates, point)
             if verdict.holds:
                 return _point(system, point, verdict)
     if system.values:
         at_values = operating_point(system.with_values())
-        if at_values.equilibrium.holds:
-            return _point(system, at_values.values, at_values.equilibrium, parameters=dict(system.values))
+        if at_values.verdict.holds:
+            return _point(system, at_values.values, at_values.verdict, parameters=dict(system.values))
     point = {**given, **zero_states, **zero_inputs}
-    verdict = _equilibrium(system, rates, point)
+    verdict = _verdict(system, rates, point)
     if not system.parameters:
         return _in_decimals(system, rates, given, point) or _point(system, point, verdict)
     return _point(system, point, verdict)
 
 
-def _in_decimals(
-    system: System, rates: tuple[sp.Expr, ...], given: Mapping[sp.Symbol, sp.Expr], point: Mapping[sp.Symbol, sp.Expr]
-) -> OperatingPoint | None:
-    """The equilibrium Newton's method reaches with what was not given, or the given point if one lies within rounding.
+@lru_cache(maxsize=64)
+def equilibrium_in_numbers(system: System) -> Equilibrium:
+    """The operating point with a number for every parameter.
 
-    Inputs stay at zero where the states left out suffice. A point in decimals is `supported` only, with its digits.
+    A parameter without a value stands at an arbitrary positive rational number within its bounds, so that nothing
+    vanishes there by accident. Where the search takes too long the point is the given one, and undecided.
     """
-    claim = f"'{system.name}' rests at its operating point"
-    states = [s for s in system.state_symbols if s not in given]
-    inputs = [s for s in system.input_symbols if s not in given]
-    for unknowns in (states, [*states, *inputs]):
-        equations = [e for r in rates if (e := r.xreplace({s: v for s, v in point.items() if s not in unknowns})) != 0]
-        if not unknowns or len(equations) > len(unknowns) or any(e.has(sp.nan, sp.zoo, sp.oo) for e in equations):
-            continue
-        for start in (sp.Integer(0), sp.Rational(1, 3)):
-            found = decimal_root(equations, unknowns, dict.fromkeys(unknowns, start), digits=_DIGITS)
-            if found is not None:
-                verdict = Verdict.supported(claim, method="Newton's method", digits=_DIGITS)
-                return _point(system, {**point, **found}, verdict)
-    everything = [*system.state_symbols, *inputs]
-    if not given or len(rates) > len(everything):
-        return None
-    known = {s: v for s, v in point.items() if s not in everything}
-    held = [r.xreplace(known) for r in rates]
-    near = decimal_root(held, everything, {**point, **_least_squares(held, inputs, point)}, digits=_DIGITS)
-    if near is None or any(abs(near[s] - point[s]) > _ROUNDING * abs(point[s]) for s in system.state_symbols):
-        return None
-    verdict = Verdict.supported(claim, reason="an equilibrium lies within the rounding of the values given", at=near)
-    return _point(system, {**point, **{u: near[u] for u in inputs}}, verdict)
+    numbers = stand_ins(system)
+    found = attempt(_IN_NUMBERS_SECONDS, "operating point", operating_point, system.with_values())
+    point = found.value or given_point(system, tried=found.reason)
+    return Equilibrium(
+        system=system,
+        states={s: v.xreplace(numbers) for s, v in point.states.items()},
+        inputs={s: v.xreplace(numbers) for s, v in point.inputs.items()},
+        verdict=point.verdict,
+        parameters=numbers,
+    )
 
 
-def _least_squares(
-    rates: list[sp.Expr], inputs: list[sp.Symbol], point: Mapping[sp.Symbol, sp.Expr]
-) -> dict[sp.Symbol, sp.Expr]:
-    """The inputs that leave the least of the rates at the point."""
-    if not inputs:
-        return {}
-    values = {**point, **dict.fromkeys(inputs, sp.Integer(0))}
-    slopes = sp.Matrix(rates).jacobian(inputs).xreplace(values).evalf(_DIGITS)
-    rest = sp.Matrix(rates).xreplace(values).evalf(_DIGITS)
-    square = slopes.T * slopes
-    if square.has(sp.nan, sp.zoo, sp.oo) or square.det() == 0:
-        return {}
-    return dict(zip(inputs, square.LUsolve(-slopes.T * rest), strict=True))
-
-
-def given_point(system: System) -> OperatingPoint:
+def given_point(system: System, *, tried: str = "not asked for a large plant") -> Equilibrium:
     """The given operating point, zeros where nothing is given; whether it is an equilibrium is not asked."""
-    given = dict(system.operating_point)
-    verdict = Verdict.undecided(f"'{system.name}' rests at its operating point", reason="not asked for a large plant")
-    return OperatingPoint(
-        system=system,
-        states={s.symbol: given.get(s.name, sp.Integer(0)) for s in system.states},
-        inputs={s.symbol: given.get(s.name, sp.Integer(0)) for s in system.inputs},
-        equilibrium=verdict,
-    )
+    point = {**dict.fromkeys((*system.state_symbols, *system.input_symbols), sp.Integer(0)), **given_values(system)}
+    return _point(system, point, Verdict.undecided(_claim(system), reason=tried))
 
 
-def _point(
-    system: System,
-    point: Mapping[sp.Symbol, sp.Expr],
-    verdict: Verdict,
-    parameters: Mapping[sp.Symbol, sp.Expr] | None = None,
-) -> OperatingPoint:
-    return OperatingPoint(
-        system=system,
-        states={s: point[s] for s in system.state_symbols},
-        inputs={s: point[s] for s in system.input_symbols},
-        equilibrium=verdict,
-        parameters=parameters or {},
-    )
+def given_values(system: System) -> dict[sp.Symbol, sp.Expr]:
+    """What the file gives for states and inputs, by symbol."""
+    return {sp.Symbol(name, real=True): value for name, value in system.operating_point}
+
+
+def stand_ins(system: System) -> dict[sp.Symbol, sp.Expr]:
+    """A number for every parameter: its value, or a rational number within its bounds."""
+    numbers = {}
+    for position, parameter in enumerate(system.parameters):
+        value = parameter.si_value
+        if value is None:
+            value = to_si(_stand_in(position, parameter.lower, parameter.upper), parameter.unit)
+        numbers[parameter.symbol] = value
+    return numbers
+
+
+def known_signs(system: System) -> dict[sp.Symbol, sp.Symbol]:
+    """For parameters without a value but with a bound of one sign a symbol that knows it."""
+    signs = {}
+    for parameter in system.parameters:
+        if parameter.value is None and parameter.lower is not None and parameter.lower >= 0:
+            signs[parameter.symbol] = sp.Symbol(parameter.name, positive=True)
+        elif parameter.value is None and parameter.upper is not None and parameter.upper <= 0:
+            signs[parameter.symbol] = sp.Symbol(parameter.name, negative=True)
+    return signs
+
+
+def nearest_solution(
+    equations: Sequence[sp.Expr],
+    unknowns: Sequence[sp.Symbol],
+    start: Mapping[sp.Symbol, sp.Expr],
+    numbers: Mapping[sp.Symbol, sp.Expr],
+) -> dict[sp.Symbol, sp.Expr] | None:
+    """The exact real solution nearest to a point; unknowns that stay free keep their values there. None without one.
+
+    Args:
+        equations, unknowns: what is solved for what.
+        start: value by unknown.
+        numbers: for every other symbol, at which distances are measured.
+
+    Raises:
+        TooHardError: where the time runs out.
+    """
+    found = solutions_in_time(equations, unknowns, seconds=_SECONDS)
+    if found is None:
+        raise TooHardError
+    best: tuple[float, dict[sp.Symbol, sp.Expr]] | None = None
+    for solution in found:
+        free = {u: start[u] for u in unknowns if u not in solution}
+        point = {u: free[u] if u in free else solution[u].subs(free) for u in unknowns}
+        distance = _distance(point, start, numbers)
+        if distance is not None and (best is None or distance < best[0]):
+            best = (distance, point)
+    return None if best is None else best[1]
+
+
+def _distance(
+    point: Mapping[sp.Symbol, sp.Expr], start: Mapping[sp.Symbol, sp.Expr], numbers: Mapping[sp.Symbol, sp.Expr]
+) -> float | None:
+    """How far two points lie apart in numbers; None if one is not real."""
+    total = 0.0
+    for symbol, value in point.items():
+        number = complex(sp.N((value - start[symbol]).subs(numbers)))
+        if abs(number.imag) > 1e-12 or number != number:  # noqa: PLR0124  (NaN differs from itself)
+            return None
+        total += abs(number.real)
+    return total
 
 
 def _solved(
@@ -184,50 +175,113 @@ def _solved(
     equations = [e for r in rates if (e := r.subs(dict(fixed))) != 0]
     if any(e.has(sp.zoo, sp.nan, sp.oo) for e in equations):
         return None
+    zeros = dict.fromkeys(unknowns, sp.Integer(0))
     if not unknowns or not equations:
-        return {**fixed, **dict.fromkeys(unknowns, sp.Integer(0))}
+        return {**fixed, **zeros}
     if any(not e.free_symbols & set(unknowns) and is_zero(e).fails for e in equations):
         return None
-    best: tuple[float, dict[sp.Symbol, sp.Expr]] | None = None
-    found = solutions_in_time(equations, unknowns, seconds=_SECONDS)
+    found = nearest_solution(equations, unknowns, zeros, stand_ins(system))
     if found is None:
-        raise _TooHardError
-    for solution in found:
-        free = dict.fromkeys([u for u in unknowns if u not in solution], sp.Integer(0))
-        point = {**fixed, **free, **{s: e.subs(free) for s, e in solution.items()}}
-        size = _distance(point, system)
-        if size is not None and (best is None or size < best[0]):
-            best = (size, point)
-    if best is None:
         return None
     known = len(system.values) == len(system.parameters)
     most = _LONG_IN_SYMBOLS if system.parameters else _LONG
-    if known and any(sp.count_ops(v) > most for v in best[1].values()):
-        raise _TooHardError  # roots of cubics and the like read better in decimals
-    return best[1]
+    if known and any(sp.count_ops(v) > most for v in found.values()):
+        raise TooHardError  # roots of cubics and the like read better in decimals
+    return {**fixed, **found}
 
 
-def _distance(point: Mapping[sp.Symbol, sp.Expr], system: System) -> float | None:
-    """How far from zero the point lies at the parameters' values (1 where they have none); None if not real."""
-    numbers = {s: system.values.get(s, sp.Integer(1)) for s in system.parameter_symbols}
-    total = 0.0
-    for value in point.values():
-        number = complex(sp.N(value.subs(numbers)))
-        if abs(number.imag) > 1e-12 or number != number:  # noqa: PLR0124  (NaN differs from itself)
-            return None
-        total += abs(number.real)
-    return total
+def _in_decimals(
+    system: System, rates: tuple[sp.Expr, ...], given: Mapping[sp.Symbol, sp.Expr], point: Mapping[sp.Symbol, sp.Expr]
+) -> Equilibrium | None:
+    """The equilibrium Newton's method reaches with what was not given, or the given point if one lies within rounding.
+
+    Inputs stay at zero where the states left out suffice. A point in decimals is `supported` only, with its digits.
+    """
+    states = [s for s in system.state_symbols if s not in given]
+    inputs = [s for s in system.input_symbols if s not in given]
+    for unknowns in (states, [*states, *inputs]):
+        equations = [e for r in rates if (e := r.xreplace({s: v for s, v in point.items() if s not in unknowns})) != 0]
+        if not unknowns or len(equations) > len(unknowns) or any(e.has(sp.nan, sp.zoo, sp.oo) for e in equations):
+            continue
+        for start in (sp.Integer(0), sp.Rational(1, 3)):
+            found = _root(equations, unknowns, dict.fromkeys(unknowns, start))
+            if found is not None:
+                verdict = Verdict.supported(_claim(system), method="Newton's method", digits=found[1])
+                return _point(system, {**point, **found[0]}, verdict)
+    everything = [*system.state_symbols, *inputs]
+    if not given or len(rates) > len(everything):
+        return None
+    known = {s: v for s, v in point.items() if s not in everything}
+    held = [r.xreplace(known) for r in rates]
+    found = _root(held, everything, {**point, **_least_squares(held, inputs, point)})
+    if found is None or any(abs(found[0][s] - point[s]) > _ROUNDING * abs(point[s]) for s in system.state_symbols):
+        return None
+    reason = "an equilibrium lies within the rounding of the values given"
+    verdict = Verdict.supported(_claim(system), reason=reason, at=found[0], digits=found[1])
+    return _point(system, {**point, **{u: found[0][u] for u in inputs}}, verdict)
 
 
-def _equilibrium(system: System, rates: tuple[sp.Expr, ...], point: Mapping[sp.Symbol, sp.Expr]) -> Verdict:
-    claim = f"'{system.name}' rests at its operating point"
+def _root(
+    equations: list[sp.Expr], unknowns: list[sp.Symbol], start: Mapping[sp.Symbol, sp.Expr]
+) -> tuple[dict[sp.Symbol, sp.Expr], int] | None:
+    with suppress(FormulaError):  # a function without a value in numbers
+        return attempt(_SECONDS, "Newton", decimal_root, equations, unknowns, start).value
+    return None
+
+
+def _least_squares(
+    rates: list[sp.Expr], inputs: list[sp.Symbol], point: Mapping[sp.Symbol, sp.Expr]
+) -> dict[sp.Symbol, sp.Expr]:
+    """The inputs that leave the least of the rates at the point."""
+    if not inputs:
+        return {}
+    values = {**point, **dict.fromkeys(inputs, sp.Integer(0))}
+    slopes = sp.Matrix(rates).jacobian(inputs).xreplace(values).evalf()
+    rest = sp.Matrix(rates).xreplace(values).evalf()
+    square = slopes.T * slopes
+    if square.has(sp.nan, sp.zoo, sp.oo) or square.det() == 0:
+        return {}
+    return dict(zip(inputs, square.LUsolve(-slopes.T * rest), strict=True))
+
+
+def _verdict(system: System, rates: tuple[sp.Expr, ...], point: Mapping[sp.Symbol, sp.Expr]) -> Verdict:
     sure = True
     for signal, rate in zip(system.states, rates, strict=True):
         value = rate.subs(dict(point))
         if value.has(sp.zoo, sp.nan, sp.oo):
-            return Verdict.refuted(claim, state=signal.name, rate="infinite")
+            return Verdict.refuted(_claim(system), state=signal.name, rate="infinite")
         verdict = is_zero(value)
         if not verdict.holds:
-            return Verdict.refuted(claim, state=signal.name, rate=formula(value))
+            return Verdict.refuted(_claim(system), state=signal.name, rate=formula(value))
         sure = sure and bool(verdict.status == "proved")
-    return Verdict.proved(claim) if sure else Verdict.supported(claim)
+    return Verdict.proved(_claim(system)) if sure else Verdict.supported(_claim(system))
+
+
+def _claim(system: System) -> str:
+    return f"'{system.name}' rests at its operating point"
+
+
+def _point(
+    system: System,
+    point: Mapping[sp.Symbol, sp.Expr],
+    verdict: Verdict,
+    parameters: Mapping[sp.Symbol, sp.Expr] | None = None,
+) -> Equilibrium:
+    return Equilibrium(
+        system=system,
+        states={s: point[s] for s in system.state_symbols},
+        inputs={s: point[s] for s in system.input_symbols},
+        verdict=verdict,
+        parameters=parameters or {},
+    )
+
+
+def _stand_in(position: int, lower: sp.Expr | None, upper: sp.Expr | None) -> sp.Expr:
+    value = sp.Rational(7 + 2 * position, 5) + sp.Rational(1, 13 + position)
+    if lower is not None and upper is not None:
+        return lower + (upper - lower) * sp.Rational(5, 12)
+    if lower is not None and value <= lower:
+        return lower + value
+    if upper is not None and value >= upper:
+        return upper - value
+    return value

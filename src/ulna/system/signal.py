@@ -15,7 +15,8 @@ class Signal:
 
     Attributes:
         name: its name in formulas.
-        unit: its unit, coherent with SI (`"rad"`, `"V"`); empty when the plant carries no units.
+        unit: the unit its numbers are in (`"rad"`, `"V"`), in plant files coherent with SI; empty where no unit is
+            told.
         text: what it is, in a few words.
         lower, upper: its range, exact, or None where unbounded.
     """

@@ -1,1 +1,1 @@
-"""The standard questions about a plant and their findings."""
+"""The standard questions about a plant and their answers."""

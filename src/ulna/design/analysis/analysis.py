@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 from time import thread_time
 
 from ulna.base import UlnaError
-from ulna.design.analysis.findings import Finding, not_applicable
-from ulna.design.analysis.large_questions import LARGE, large_findings
-from ulna.design.analysis.questions import GROUPS, law_of_outputs, outputs_answered
+from ulna.design.analysis.answer import Answer, not_applicable
+from ulna.design.analysis.formula_answers import GROUPS, law_of_outputs, outputs_answered
+from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import PATIENCE, attempt
-from ulna.system.affine import control_affine
-from ulna.system.field_kernel import field_kernel
-from ulna.system.operating_point import OperatingPoint, given_point, operating_point
-from ulna.system.system import System
+from ulna.system import Equilibrium, System, control_affine, equilibrium, given_point, system_kernel
 
 SECONDS = 8.0
 """Time that one group of answers may take; what is not found by then is undecided."""
@@ -26,69 +24,76 @@ TOTAL = 2.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Analysis:
-    """The answers to the standard questions about a plant.
+class Analysis(Mapping[str, Answer]):
+    """The answers to the standard questions about a plant, a mapping: `analysis["relative_degree"]`.
 
     Attributes:
         system: the plant.
         point: the operating point at which pointwise questions were asked.
-        findings: by key, each a value with its verdict and evidence.
+        answers: by key, each a value with its verdict and evidence.
     """
 
     system: System
-    point: OperatingPoint
-    findings: Mapping[str, Finding]
+    point: Equilibrium
+    answers: Mapping[str, Answer]
 
-    def __getitem__(self, key: str) -> Finding:
-        return self.findings[key]
+    def __getitem__(self, key: str) -> Answer:
+        return self.answers[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.answers)
+
+    def __len__(self) -> int:
+        return len(self.answers)
 
     def __repr__(self) -> str:
         rows = [
-            f"  {key:<{max(map(len, self.findings))}}  {finding.verdict.status!s:<9}  {_short(finding.value, 80)}"
-            for key, finding in self.findings.items()
+            f"  {key:<{max(map(len, self.answers))}}  {answer.verdict.status!s:<9}  {_short(answer.value, 80)}"
+            for key, answer in self.answers.items()
         ]
         return "\n".join((f"Analysis of '{self.system.name}'", *rows))
 
     def _repr_html_(self) -> str:
         """A table for notebooks: question, verdict, answer."""
         rows = "".join(
-            f"<tr><td>{escape(key)}</td><td>{finding.verdict.status}</td><td>{escape(_short(finding.value))}</td></tr>"
-            for key, finding in self.findings.items()
+            f"<tr><td>{escape(key)}</td><td>{answer.verdict.status}</td><td>{escape(_short(answer.value))}</td></tr>"
+            for key, answer in self.answers.items()
         )
         return f"<table><caption>{escape(self.system.name)}</caption>{rows}</table>"
 
 
-def analyse(system: System, *, seconds: float = SECONDS) -> Analysis:
+def analyse(system: PlantLike, *, seconds: float = SECONDS) -> Analysis:
     """Answer every question of docs/analysis.md for a plant.
 
     Args:
-        system: the plant; parameters stay symbolic except where stability needs numbers.
+        system: the plant, or its name or file; parameters stay symbolic except where stability needs numbers.
         seconds: time for each group of answers.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs, the one thing nothing can be said without.
     """
+    system = as_plant(system)
     keys = tuple(key for group in GROUPS for key in group)
     if len(system.states) >= LARGE:
-        return Analysis(system=system, point=given_point(system), findings=_large(system, keys, seconds))
+        return Analysis(system=system, point=given_point(system), answers=_large(system, keys, seconds))
     control_affine(system)
-    findings: dict[str, Finding] = {}
+    answers: dict[str, Answer] = {}
     end = thread_time() + TOTAL * seconds * PATIENCE
     for group_keys, group in GROUPS.items():
         left = max(min(seconds, end - thread_time()), 0.5)
-        findings |= _answered(group_keys, group, system, left)
-    late = tuple(key for key in keys if findings[key].verdict.evidence.get("ran_out"))
+        answers |= _answered(group_keys, group, system, left)
+    late = tuple(key for key in keys if answers[key].verdict.evidence.get("ran_out"))
     if late:
         # Formulas grew too long: numbers still tell ranks and degrees.
         numbers = _in_numbers(system, late)
-        findings |= {key: numbers[key] for key in late if numbers[key].value is not None}
-    return Analysis(system=system, point=operating_point(system), findings=findings)
+        answers |= {key: numbers[key] for key in late if numbers[key].value is not None}
+    return Analysis(system=system, point=equilibrium(system), answers=answers)
 
 
-def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Finding]:
+def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Answer]:
     """What the numeric road answers; a plant it cannot take leaves every key undecided, with the reason."""
     try:
-        return large_findings(system, keys)
+        return answers_in_numbers(system, keys)
     except UlnaError as error:
         return {key: not_applicable(key, str(error)) for key in keys}
 
@@ -98,11 +103,11 @@ def _short(value: object, limit: int = 300) -> str:
     return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters)"
 
 
-def _large(system: System, keys: tuple[str, ...], seconds: float) -> dict[str, Finding]:
-    """The numeric road's findings, for a plant of few operations with the formulas of its given outputs."""
-    findings = _in_numbers(system, keys)
+def _large(system: System, keys: tuple[str, ...], seconds: float) -> dict[str, Answer]:
+    """The numeric road's answers, for a plant of few operations with the formulas of its given outputs."""
+    answers = _in_numbers(system, keys)
     if not _short_program(system):
-        return findings
+        return answers
     for question in (outputs_answered, law_of_outputs):
         try:
             found = attempt(seconds, "formulas of the outputs", question, system).value
@@ -110,21 +115,21 @@ def _large(system: System, keys: tuple[str, ...], seconds: float) -> dict[str, F
             break
         if found is None:
             break
-        findings |= found
-    return findings
+        answers |= found
+    return answers
 
 
 def _short_program(system: System) -> bool:
     try:
-        return field_kernel(system).kernel.operation_count <= SHORT
+        return system_kernel(system).kernel.operation_count <= SHORT
     except UlnaError:
         return False
 
 
 def _answered(
-    keys: tuple[str, ...], group: Callable[[System], dict[str, Finding]], system: System, seconds: float
-) -> dict[str, Finding]:
-    """The findings of a group; one that fails or runs out of time leaves its keys undecided, with the reason."""
+    keys: tuple[str, ...], group: Callable[[System], dict[str, Answer]], system: System, seconds: float
+) -> dict[str, Answer]:
+    """The answers of a group; one that fails or runs out of time leaves its keys undecided, with the reason."""
     try:
         outcome = attempt(seconds, keys[0], group, system)
     except UlnaError as error:
@@ -134,4 +139,4 @@ def _answered(
         return {key: not_applicable(key, outcome.reason, ran_out=outcome.ran_out) for key in keys}
     # What has no value of its own shares the verdict of the question it hangs on, the group's first.
     first = found[keys[0]].verdict
-    return {key: Finding(verdict=first, value=None) for key in keys} | found
+    return {key: Answer(verdict=first, value=None) for key in keys} | found

@@ -10,11 +10,10 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ulna.base import DesignError
-from ulna.design.control.compensator import Compensator
-from ulna.design.control.gains import AbstractGainRule
-from ulna.design.control.law import Law
+from ulna.design.control.gains import Gains, gain_rule
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.simplify import tidy
-from ulna.system import Signal, System, connect
+from ulna.system import Signal, System, SystemLike, as_system, connect
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,9 +39,9 @@ class InnerLoop:
 
 
 def inner_loop(
-    plant: System,
+    plant: PlantLike,
     inner: str,
-    gains: AbstractGainRule,
+    gains: Gains,
     *,
     cancel_coupling: bool = False,
     reference_limit: sp.Expr | None = None,
@@ -63,8 +62,9 @@ def inner_loop(
     Raises:
         DesignError: for a plant of another kind, a limit that is not positive, gains that do not fit.
     """
+    plant = as_plant(plant)
     z, a, b, w = _inner_rate(plant, inner)
-    a0, a1 = gains.coefficients(2)
+    a0, a1 = gain_rule(gains).coefficients(2)
     proportional, integral = tidy((a1 + a) / b), tidy(a0 / b)
     state = next(s for s in plant.states if s.name == inner)
     reference = replace(state, name=f"{inner}_ref", text=f"set point of {state.text or inner}")
@@ -95,7 +95,7 @@ def inner_loop(
     )
 
 
-def close_cascade(loop: InnerLoop, controller: Law | Compensator) -> System:
+def close_cascade(loop: InnerLoop, controller: SystemLike) -> System:
     """Plant, inner loop and a law or compensator designed for `loop.outer`, as one system.
 
     Outputs: those of the plant, its input and the inner set point.
@@ -106,13 +106,14 @@ def close_cascade(loop: InnerLoop, controller: Law | Compensator) -> System:
         outputs=(*loop.plant.outputs, *states),
         readouts=(*loop.plant.readouts, *(s.symbol for s in states)),
     )
+    outer = as_system(controller)
     available = {o.name for o in measured.outputs}
-    wires = {f"outer.{s.name}": f"plant.{s.name}" for s in controller.system.inputs if s.name in available}
+    wires = {f"outer.{s.name}": f"plant.{s.name}" for s in outer.inputs if s.name in available}
     wires |= {f"inner.{s.name}": f"plant.{s.name}" for s in loop.system.inputs if s.name in available}
     command = loop.plant.inputs[0].name
     wires |= {f"inner.{loop.reference}": f"outer.{loop.reference}", f"plant.{command}": f"inner.{command}"}
     return connect(
-        {"plant": measured, "inner": loop.system, "outer": controller.system},
+        {"plant": measured, "inner": loop.system, "outer": outer},
         wires,
         outputs=[*(f"plant.{o.name}" for o in loop.plant.outputs), f"plant.{command}", f"inner.{loop.reference}"],
         name=f"cascade of {loop.plant.name}",

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base.errors import DesignError, UlnaWarning
-from ulna.design.control.gains import Gains, gain_rule
+from ulna.design.control.gains import Gains, gain_rule, roots_of
 from ulna.design.control.reference import AbstractReference, ReferenceChain, Regulate
 from ulna.design.forms.controller_form import controller_form
 from ulna.design.forms.linearising_form import LinearisingForm
+from ulna.design.forms.normal_form import NormalForm
+from ulna.plants import PlantLike
 from ulna.symbolic.exact.simplify import shortened
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.formulas.text import formula, listing
-from ulna.system.operating_point import operating_point
-from ulna.system.signal import Signal
-from ulna.system.system import System
+from ulna.system import Signal, System, equilibrium
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +41,11 @@ class Law:
     expressions: sp.ImmutableDenseMatrix
     system: System
 
+    @property
+    def poles(self) -> tuple[complex, ...]:
+        """The poles of the chains, in 1/s (parameters need values)."""
+        return roots_of(self.polynomials)
+
     def __repr__(self) -> str:
         rows = zip((u.name for u in self.form.view.u), self.expressions, strict=True)
         return listing(f"Law of '{self.form.system.name}'", rows)
@@ -52,7 +57,7 @@ class Law:
 
 
 def state_feedback(
-    form: LinearisingForm | System,
+    form: LinearisingForm | NormalForm | PlantLike,
     gains: Gains,
     *,
     reference: AbstractReference | None = None,
@@ -61,7 +66,7 @@ def state_feedback(
     """The law that gives every chain the characteristic polynomial of the gain rule.
 
     Args:
-        form: controller form or input-output form; a plant stands for its controller form.
+        form: controller, input-output or normal form; a plant, its name or its file stands for its controller form.
         gains: poles (`Poles(...)`, a list, a text) or `LinearQuadratic(...)`; with `integral`, one more per chain.
         reference: `Regulate()` (default, the paper's), `SetPoint()` or `Track()`.
         integral: add ∫(z₁ − z_ref) dt to every chain, which removes constant offsets.
@@ -73,7 +78,9 @@ def state_feedback(
     Warns:
         UlnaWarning: if β is singular at the operating point, where the law divides by zero.
     """
-    if isinstance(form, System):
+    if isinstance(form, NormalForm):
+        form = form.form
+    elif not isinstance(form, LinearisingForm):
         form = controller_form(form)
     if not form.indices:
         raise DesignError(f"a law for '{form.system.name}'", "the plant has no inputs.")
@@ -109,7 +116,7 @@ def state_feedback(
 
 
 def _warn_if_singular(form: LinearisingForm) -> None:
-    point = operating_point(form.system)
+    point = equilibrium(form.system)
     there = form.beta.subs(dict(point.states))
     if there.has(sp.nan, sp.zoo, sp.oo) or is_zero(there.det(method="berkowitz"), test=SampledZero(seconds=0.2)).holds:
         where = ", ".join(f"{x.name} = {formula(value)}" for x, value in point.states.items())

@@ -9,12 +9,13 @@ import sympy as sp
 
 from ulna.base import Verdict
 from ulna.design.control.compensator import Compensator, compensator
-from ulna.design.control.gains import AbstractGainRule
+from ulna.design.control.gains import Gains
 from ulna.design.control.law import state_feedback
 from ulna.design.control.reduced_order import ReducedOrder, reduced_order
 from ulna.design.control.reference import AbstractReference, SetPoint
 from ulna.design.forms.input_output import input_output_form
 from ulna.design.observers.extended_state_observer import extended_state_observer, with_disturbance
+from ulna.plants import PlantLike, as_plant
 from ulna.system import Signal, System
 
 
@@ -42,11 +43,11 @@ class LoadRobust:
 
 
 def load_robust_compensator(
-    plant: System,
+    plant: PlantLike,
     enters: Mapping[str, sp.Expr | int],
     *,
-    law: AbstractGainRule,
-    observer: AbstractGainRule,
+    law: Gains,
+    observer: Gains,
     fast: Sequence[str] = (),
     period: float | None = None,
     reference: AbstractReference | None = None,
@@ -70,6 +71,7 @@ def load_robust_compensator(
         NoFormError: where the extended plant has no input-output or observer form.
         DesignError: for names or gains that do not fit.
     """
+    plant = as_plant(plant)
     reduction = reduced_order(plant, fast, period=period) if fast else None
     design = plant if reduction is None else reduction.slow
     extended = with_disturbance(design.with_values(), enters, disturbance=disturbance)

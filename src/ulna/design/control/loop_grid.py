@@ -9,11 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.base import DesignError, Verdict
-from ulna.design.control.jacobian_batch import BatchFunction, batch_jacobian, batch_vector
-from ulna.system import System
-
-_STEPS = 40
-_TOLERANCE = 1e-10
+from ulna.symbolic.compiling import batch_jacobian, batch_vector
+from ulna.system import System, SystemLike, as_system, newton
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -66,7 +63,10 @@ class LoopGrid:
 
 
 def loop_grid(
-    loop: System, over: Mapping[str, Sequence[float] | np.ndarray], *, guess: Mapping[str, str | float] | None = None
+    loop: SystemLike,
+    over: Mapping[str, Sequence[float] | np.ndarray],
+    *,
+    guess: Mapping[str, str | float] | None = None,
 ) -> LoopGrid:
     """The loop at every combination of the values in `over`: equilibrium by Newton's method, then eigenvalues.
 
@@ -78,6 +78,7 @@ def loop_grid(
     Raises:
         DesignError: for an unknown name or a parameter without value.
     """
+    loop = as_system(loop)
     values = grid_values(loop, over)
     size = math.prod(np.size(v) for v in over.values())
     states = [s.name for s in loop.states]
@@ -88,8 +89,12 @@ def loop_grid(
     rates = loop.inline(loop.rates)
     field = batch_vector(f"rates of {loop.name}", rates, symbols)
     slope = batch_jacobian(f"slope of {loop.name}", rates, loop.state_symbols, symbols)
-    rest = _newton(field, slope, start, states, values)
-    at = {**values, **{n: rest[:, k] for k, n in enumerate(states)}}
+
+    def at_points(x: np.ndarray) -> dict[str, np.ndarray]:
+        return {**values, **{n: x[:, k] for k, n in enumerate(states)}}
+
+    rest = newton(lambda x: field(at_points(x)), lambda x: slope(at_points(x)), start).points
+    at = at_points(rest)
     found = np.isfinite(rest).all(axis=1)
     eigenvalues = np.full(rest.shape, np.nan, dtype=complex)
     if found.any():
@@ -121,18 +126,3 @@ def grid_values(system: System, over: Mapping[str, Sequence[float] | np.ndarray]
         p.name: float(p.si_value) for p in system.parameters if p.si_value is not None
     }
     return {name: np.full(size, value) for name, value in held.items()} | points
-
-
-def _newton(
-    field: BatchFunction, slope: BatchFunction, start: np.ndarray, states: list[str], values: Mapping[str, np.ndarray]
-) -> np.ndarray:
-    """(P, n) zeros of the field; NaN where the iteration does not settle."""
-    x, step = start, np.full(start.shape, np.inf)
-    for _ in range(_STEPS):
-        at = {**values, **{n: x[:, k] for k, n in enumerate(states)}}
-        step = np.linalg.solve(slope(at), -field(at)[..., None])[..., 0]
-        x = x + step
-        if np.abs(step).max() < _TOLERANCE * (1.0 + np.abs(x).max()):
-            break
-    settled = np.abs(step).max(axis=1) < 1e-6 * (1.0 + np.abs(x).max(axis=1))
-    return np.where(settled[:, None], x, np.nan)

@@ -9,13 +9,13 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import DesignError
-from ulna.design.control.compensator import Compensator, close_loop
-from ulna.design.control.law import Law
+from ulna.design.control.compensator import close_loop
+from ulna.plants import PlantLike
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.formulas.text import exact
 from ulna.symbolic.solving.roots import eliminate, real_roots
-from ulna.system import System
+from ulna.system import System, SystemLike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +55,7 @@ class PermanentOffset:
         return min(roots, key=abs)
 
 
-def permanent_offset(plant: System, controller: Law | Compensator, unknown: str) -> PermanentOffset:
+def permanent_offset(plant: PlantLike, controller: SystemLike, unknown: str) -> PermanentOffset:
     """The closed form of where the loop of a plant and a controller designed for another rests.
 
     Args:

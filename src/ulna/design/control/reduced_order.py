@@ -13,10 +13,11 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import DesignError, Verdict
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.solving.roots import solutions
-from ulna.system import System, operating_point
+from ulna.system import System, equilibrium
 
 SETTLED = 3.0
 """Time constants after which a fast state counts as settled: e⁻³ = 5 % are left."""
@@ -45,7 +46,7 @@ class ReducedOrder:
     verdict: Verdict
 
 
-def reduced_order(system: System, fast: Sequence[str], *, period: float | None = None) -> ReducedOrder:
+def reduced_order(system: PlantLike, fast: Sequence[str], *, period: float | None = None) -> ReducedOrder:
     """The slow plant x' = f(x, φ(x, u), u), where z = φ(x, u) solves the fast rates g(x, z, u) = 0 exactly.
 
     By Tikhonov's theorem its motion differs from the plant's by O(ε), ε the ratio of fast to slow times, where the
@@ -60,6 +61,7 @@ def reduced_order(system: System, fast: Sequence[str], *, period: float | None =
     Raises:
         DesignError: for unknown names, or fast rates that do not determine the fast states uniquely.
     """
+    system = as_plant(system)
     symbols = _fast_symbols(system, fast)
     rates = dict(zip(system.state_symbols, system.inline(system.rates), strict=True))
     manifold = _quasi_steady(system, [rates[s] for s in symbols], symbols)
@@ -135,7 +137,7 @@ def _condition(
     if missing:
         return (), Verdict.undecided(claim, parameters_without_value=missing)
     numeric = slow.with_values()
-    point = {**system.values, **operating_point(numeric).values}
+    point = {**system.values, **equilibrium(numeric).values}
     eigenvalues = np.linalg.eigvals(np.array(boundary.subs(point).evalf(), dtype=float))
     taus = tuple(sorted((-1.0 / e.real if e.real else math.inf for e in eigenvalues), reverse=True))
     evidence = {"fast_eigenvalues": tuple(complex(e) for e in eigenvalues), "slowest_time_constant": max(taus)}

@@ -9,9 +9,7 @@ from itertools import pairwise
 import sympy as sp
 
 from ulna.symbolic.exact.simplify import tidy
-from ulna.system.operating_point import operating_point
-from ulna.system.signal import Signal
-from ulna.system.system import System
+from ulna.system import Signal, System, equilibrium
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +40,7 @@ class Regulate(AbstractReference):
     def chain(self, system: System, output: sp.Expr, index: int, order: int) -> ReferenceChain:
         """The output's value at the operating point and zeros behind it."""
         del index
-        held = tidy(output.subs(dict(operating_point(system).states)))
+        held = tidy(output.subs(dict(equilibrium(system).states)))
         return ReferenceChain(signals=(), values=(held, *(sp.Integer(0),) * order))
 
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from ulna.base import DesignError, Verdict
 from ulna.design.control.compensator import Compensator, close_loop
-from ulna.design.control.jacobian_batch import batch_jacobian, batch_vector
 from ulna.design.control.law import Law
 from ulna.design.control.loop_grid import LoopGrid, loop_grid
+from ulna.symbolic.compiling import batch_jacobian, batch_vector
 from ulna.system import System
 
 _ENOUGH = 50.0

@@ -22,8 +22,7 @@ from ulna.program import (
     to_numpy,
     without_inputs,
 )
-from ulna.system.field_kernel import FieldKernel, field_kernel
-from ulna.system.system import System
+from ulna.system import System, SystemKernel, system_kernel
 
 SEED = 20140
 POINTS = 5
@@ -63,7 +62,7 @@ def compiled_law(system: System, outputs: Sequence[sp.Expr] | None = None) -> Co
         NoFormError: if the plant is not square, an input never reaches an output, or β is singular.
         UlnaError: for a plant with non-smooth functions.
     """
-    field = field_kernel(system, outputs)
+    field = system_kernel(system, outputs)
     m = len(field.inputs)
     asked = f"a compiled law for '{system.name}'"
     if len(field.functions) != m or not m:
@@ -95,7 +94,7 @@ def compiled_law(system: System, outputs: Sequence[sp.Expr] | None = None) -> Co
     return CompiledLaw(system=system, indices=degrees, law=law, lie=lie, verdict=degree)
 
 
-def _new_inputs(field: FieldKernel) -> tuple[str, ...]:
+def _new_inputs(field: SystemKernel) -> tuple[str, ...]:
     stem = "v"
     while {f"{stem}{k + 1}" for k in range(len(field.inputs))} & set(field.kernel.inputs):
         stem += "_"
@@ -103,7 +102,7 @@ def _new_inputs(field: FieldKernel) -> tuple[str, ...]:
 
 
 def _prescribed(
-    name: str, field: FieldKernel, degrees: Sequence[int], wanted: Sequence[tuple[str, str]]
+    name: str, field: SystemKernel, degrees: Sequence[int], wanted: Sequence[tuple[str, str]]
 ) -> Kernel | None:
     """The inputs that give the derivatives wanted; None if what lies between is not written affinely in them.
 
@@ -120,7 +119,7 @@ def _prescribed(
     return None if law is None else restricted(law, field.inputs)
 
 
-def relative_degrees(field: FieldKernel) -> tuple[tuple[int | None, ...], Verdict]:
+def relative_degrees(field: SystemKernel) -> tuple[tuple[int | None, ...], Verdict]:
     """The relative degree of every function, judged at random points; None where no input reaches it."""
     n = len(field.states)
     found: dict[str, int] = {}
@@ -136,7 +135,7 @@ def relative_degrees(field: FieldKernel) -> tuple[tuple[int | None, ...], Verdic
     return tuple(found.get(h) for h in field.functions), verdict
 
 
-def _reached(derivatives: Kernel, field: FieldKernel) -> dict[str, bool]:
+def _reached(derivatives: Kernel, field: SystemKernel) -> dict[str, bool]:
     """Whether some input moves each Lie derivative at a random point."""
     slopes = tangents(derivatives, field.inputs)
     values = np.abs(_sampled(slopes, field, POINTS)).max(axis=0)
@@ -149,7 +148,7 @@ def _reached(derivatives: Kernel, field: FieldKernel) -> dict[str, bool]:
     return reached
 
 
-def _sampled(program: Kernel, field: FieldKernel, points: int) -> np.ndarray:
+def _sampled(program: Kernel, field: SystemKernel, points: int) -> np.ndarray:
     """(points, outputs) values at random states with the inputs at random values too; v at zero."""
     generator = np.random.default_rng(SEED)
     known = {*field.states, *field.inputs}

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import sympy as sp
 
-from ulna.base import NoFormError, Verdict, all_of
+from ulna.base import DesignError, NoFormError, Verdict, all_of
 from ulna.design.forms.linearisability import Linearisability
 from ulna.design.forms.linearising_form import LinearisingForm, linearising_form
 from ulna.design.forms.linearising_outputs import LinearisingOutputs, linearises, linearising_outputs
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree, relative_degree_of
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas.text import formula
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine
 
 
-@lru_cache(maxsize=32)
-def controller_form(system: System, outputs: tuple[sp.Expr, ...] | None = None) -> LinearisingForm:
+def controller_form(system: PlantLike, outputs: Sequence[sp.Expr] | None = None, **misplaced: Any) -> LinearisingForm:
     """The controller form of a plant, for the given outputs or for ones that are found.
 
     For one input and q closed up to a constant, T₁ = ∫q with T₁ = 0 where the output that was found is 0, so that
@@ -27,12 +28,25 @@ def controller_form(system: System, outputs: tuple[sp.Expr, ...] | None = None) 
     Args:
         system: the plant.
         outputs: (m,) functions of the state to use; left out, they are found.
+        misplaced: no other argument is taken; poles are refused with what to do.
 
     Raises:
+        DesignError: for poles or gains, which belong to the law.
         NoFormError: if the plant has no such form or none was found; its `value` is the verdict's owner.
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if something that has to be differentiated is not smooth.
     """
+    if misplaced:
+        raise DesignError(
+            f"controller form with {', '.join(misplaced)}",
+            "a form takes the plant and its outputs; poles and gains belong to a law.",
+            "Use state_feedback(plant, poles), which takes the controller form by itself.",
+        )
+    return _controller_form(as_plant(system), None if outputs is None else tuple(outputs))
+
+
+@lru_cache(maxsize=32)
+def _controller_form(system: System, outputs: tuple[sp.Expr, ...] | None) -> LinearisingForm:
     view = control_affine(system)
     if not view.u:
         raise NoFormError(_named(view), "it has no controller form: there are no inputs.", "Look at its observer form.")

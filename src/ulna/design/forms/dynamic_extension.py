@@ -9,17 +9,15 @@ from itertools import combinations
 import sympy as sp
 
 from ulna.base.verdict import Status, Verdict
-from ulna.design.internal.base_point import base_point
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import time_budget
 from ulna.symbolic.exact.linear import in_span, solve_linear
 from ulna.symbolic.exact.rank import generic_rank, rank_at
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.formulas.text import formula
-from ulna.system.affine import control_affine
-from ulna.system.signal import Signal
-from ulna.system.system import System
+from ulna.system import Signal, System, control_affine, equilibrium_in_numbers
 
 _QUICK = SampledZero(seconds=0.3)
 _CLAIM = "dynamic extension makes the decoupling matrix invertible"
@@ -80,7 +78,7 @@ class _Compression:
 
 
 def dynamic_extension(
-    system: System, *, outputs: Sequence[sp.Expr] | None = None, seconds: float = 8.0
+    system: PlantLike, *, outputs: Sequence[sp.Expr] | None = None, seconds: float = 8.0
 ) -> DynamicExtension:
     """The dynamic extension algorithm for a square plant with two or more inputs.
 
@@ -97,6 +95,7 @@ def dynamic_extension(
         does: Charlet, Lévine and Marino, Systems & Control Letters 13 (1989)) and for plants whose outputs cannot be
         steered independently.
     """
+    system = as_plant(system)
     functions = tuple(control_affine(system).h) if outputs is None else tuple(outputs)
     m = len(system.inputs)
     refusal = _refusal(system, len(functions))
@@ -148,7 +147,7 @@ def _extended(stage: _Stage, outputs: tuple[sp.Expr, ...], limit: int) -> Dynami
 
 
 def _degree(system: System, outputs: tuple[sp.Expr, ...]) -> RelativeDegree:
-    return relative_degree_of(outputs, control_affine(system), point=base_point(system).states)
+    return relative_degree_of(outputs, control_affine(system), point=equilibrium_in_numbers(system).states)
 
 
 def _compression(degree: RelativeDegree) -> _Compression | None:
@@ -255,8 +254,8 @@ def _moved_point(
     system: System, compression: _Compression, states: Sequence[Signal], places: Sequence[int]
 ) -> tuple[tuple[str, sp.Expr], ...]:
     """The operating point with the value of each new state: what the input was there."""
-    base = base_point(system)
-    point = {**base.values, **base.inputs}
+    base = equilibrium_in_numbers(system)
+    point = {**base.where, **base.inputs}
     u = list(system.input_symbols)
     given = [(s.name, base.states[s.symbol]) for s in system.states]
     for k, j in enumerate(places):
@@ -305,14 +304,14 @@ def _found(plant: System, outputs: tuple[sp.Expr, ...], stage: _Stage, degree: R
     complete = make(claim, relative_degrees=indices, states=n)
     if degree.certainty.status is not Status.PROVED and total == n:
         complete = Verdict.supported(claim, relative_degrees=indices, states=n)
-    local = rank_at(degree.decoupling, base_point(stage.system).values, seconds=0.3)
+    local = rank_at(degree.decoupling, equilibrium_in_numbers(stage.system).where, seconds=0.3)
     said = "the extended plant's decoupling matrix is invertible at the operating point"
     singular = None if degree.singular is None else tidy(degree.singular)
     if not local.verdict.holds:
         at_point = Verdict.undecided(said, **local.verdict.evidence)
     else:
         make = Verdict.proved if local.value == len(outputs) else Verdict.refuted
-        at_point = make(said, singular=singular, point=base_point(stage.system).states)
+        at_point = make(said, singular=singular, point=equilibrium_in_numbers(stage.system).states)
     verdict = Verdict.proved(
         _CLAIM, states_added=tuple(str(s) for s in stage.added), relative_degrees=indices, singular=singular
     )

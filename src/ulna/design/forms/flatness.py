@@ -10,12 +10,12 @@ from ulna.base.errors import PlantError
 from ulna.base.verdict import Verdict
 from ulna.design.forms.dynamic_extension import dynamic_extension
 from ulna.geometry.relative_degree import relative_degree_of
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas.text import formula
-from ulna.system.affine import control_affine
-from ulna.system.system import System
+from ulna.system import control_affine
 
 
-def flat_output(system: System, outputs: Sequence[sp.Expr], *, seconds: float = 8.0) -> Verdict:
+def flat_output(system: PlantLike, outputs: Sequence[sp.Expr], *, seconds: float = 8.0) -> Verdict:
     """Whether functions of the state are a flat output, generically.
 
     They are if and only if dynamic extension ends with relative degrees that add up to the dimension of the extended
@@ -33,6 +33,7 @@ def flat_output(system: System, outputs: Sequence[sp.Expr], *, seconds: float = 
     Raises:
         PlantError: if an output holds symbols that are neither states nor parameters.
     """
+    system = as_plant(system)
     claim = f"({', '.join(formula(h) for h in outputs)}) is a flat output"
     known = {*system.state_symbols, *system.parameter_symbols}
     for h in outputs:

@@ -10,12 +10,12 @@ from ulna.base.errors import NoFormError
 from ulna.base.verdict import Verdict
 from ulna.design.forms.linearising_form import LinearisingForm, linearising_form
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree, relative_degree_of
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas.text import formula
-from ulna.system.operating_point import operating_point
-from ulna.system.system import System
+from ulna.system import System, equilibrium
 
 
-def input_output_form(system: System, *, at: Mapping[sp.Symbol, sp.Expr] | None = None) -> LinearisingForm:
+def input_output_form(system: PlantLike, *, at: Mapping[sp.Symbol, sp.Expr] | None = None) -> LinearisingForm:
     """The input-output linearising law of a square plant.
 
     Args:
@@ -27,11 +27,12 @@ def input_output_form(system: System, *, at: Mapping[sp.Symbol, sp.Expr] | None 
         NoFormError: if the plant is not square, an output is never reached by an input, or the decoupling matrix is
             singular, generically or at the point asked for. Its value is the `Verdict` that says so.
     """
+    system = as_plant(system)
     asked = f"input-output form of '{system.name}'"
     _require_square(system, asked)
     degree = relative_degree(system)
     if at is not None:
-        point = {**operating_point(system).where, **at}
+        point = {**equilibrium(system).where, **at}
         degree = relative_degree_of(degree.outputs, degree.view, point=point)
     _require_invertible(degree, asked)
     form = linearising_form(degree, degree.invertible)

@@ -19,10 +19,10 @@ from ulna.base import Verdict, all_of
 from ulna.geometry.accessibility import Accessibility, accessibility
 from ulna.geometry.distribution import filtration, involutive
 from ulna.geometry.lie import lie_bracket
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.rank import generic_rank
-from ulna.system.operating_point import operating_point
-from ulna.system.system import System
+from ulna.system import System, equilibrium
 
 _PROOF_SECONDS = 1.0
 _BRACKET_SECONDS = 1.5
@@ -52,14 +52,18 @@ class Linearisability:
         return self.accessibility.indices
 
 
-@lru_cache(maxsize=32)
-def linearisability(system: System) -> Linearisability:
+def linearisability(system: PlantLike) -> Linearisability:
     """Judge full-state linearisability; no output is needed and none is used.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if a field is not smooth.
     """
+    return _linearisability(as_plant(system))
+
+
+@lru_cache(maxsize=32)
+def _linearisability(system: System) -> Linearisability:
     found = accessibility(system)
     involution = _all_involutive(found)
     claim = f"'{system.name}' is full-state linearisable"
@@ -149,7 +153,7 @@ def _shown_point(states: tuple[sp.Symbol, ...], point: Mapping[Any, Any] | None)
 
 
 def _at_point(system: System, found: Accessibility, verdict: Verdict) -> Verdict:
-    here = operating_point(system)
+    here = equilibrium(system)
     claim = f"'{system.name}' is full-state linearisable {here.phrase.replace('at the', 'around its', 1)}"
     if verdict.fails:
         return Verdict.refuted(claim, **{**verdict.evidence, "because": verdict.claim, "generically": False})

@@ -19,10 +19,7 @@ from ulna.symbolic.exact.rank import generic_rank, minor_determinant
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import are_zero
 from ulna.symbolic.formulas.text import listing
-from ulna.system.affine import ControlAffine
-from ulna.system.operating_point import operating_point
-from ulna.system.signal import Signal
-from ulna.system.system import System
+from ulna.system import ControlAffine, Signal, System, equilibrium
 
 _TIDY_SECONDS = 0.2
 _INVERSION_SECONDS = 2.5
@@ -206,7 +203,7 @@ def _coordinates(view: ControlAffine, chain: sp.ImmutableDenseMatrix) -> Diffeom
         chain,
         view.x,
         new_symbols("z", len(view.x), _taken(view)),
-        near={**operating_point(view.system).states, **view.system.values},
+        near={**equilibrium(view.system).states, **view.system.values},
         singular=minor_determinant(jacobian, generic_rank(jacobian, seconds=0)),
         seconds=_INVERSION_SECONDS,
     )

@@ -23,14 +23,14 @@ from ulna.geometry.integrate_form import integrate
 from ulna.geometry.lie import lie_derivative
 from ulna.geometry.oneform import closed, one_form
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.elimination import null_space
 from ulna.symbolic.exact.linear import inverse_last_row
 from ulna.symbolic.exact.rank import generic_rank, rank_at
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
-from ulna.system.operating_point import operating_point
-from ulna.system.system import System
+from ulna.system import System, equilibrium
 
 _SECONDS = 4.0
 _FILTER = SampledZero(points=4, seconds=0)
@@ -57,14 +57,18 @@ class LinearisingOutputs:
     verdict: Verdict
 
 
-@lru_cache(maxsize=32)
-def linearising_outputs(system: System) -> LinearisingOutputs:
+def linearising_outputs(system: PlantLike) -> LinearisingOutputs:
     """Find outputs for which the plant is exactly linearisable by feedback.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if a field is not smooth.
     """
+    return _linearising_outputs(as_plant(system))
+
+
+@lru_cache(maxsize=32)
+def _linearising_outputs(system: System) -> LinearisingOutputs:
     conditions = linearisability(system)
     claim = f"'{system.name}' has linearising outputs"
     if not conditions.verdict.holds:
@@ -249,7 +253,7 @@ class _Search:
 
     def _independent_at_point(self, functions: list[sp.Expr]) -> bool:
         # Parameters at their values where the point is an equilibrium for these only.
-        where = operating_point(self.found.view.system).where
+        where = equilibrium(self.found.view.system).where
         return rank_at(self._differentials(functions), where, seconds=0).value == len(functions)
 
     def _differentials(self, functions: list[sp.Expr]) -> sp.ImmutableDenseMatrix:

@@ -10,15 +10,15 @@ import sympy as sp
 from ulna.base.verdict import Verdict
 from ulna.design.forms.input_output import input_output_form
 from ulna.design.forms.linearising_form import LinearisingForm
-from ulna.design.internal.base_point import base_point
 from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
 from ulna.geometry.distribution import distribution
 from ulna.geometry.frobenius import first_integrals
 from ulna.geometry.lie import lie_derivative
+from ulna.plants import PlantLike
 from ulna.symbolic.exact.rank import generic_rank, minor_determinant, rank_at
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, are_zero, is_zero
-from ulna.system.system import System
+from ulna.system import System, equilibrium_in_numbers
 
 _QUICK = SampledZero(seconds=0.3)
 _CLAIM = "the internal coordinates are free of the inputs"
@@ -59,7 +59,7 @@ class NormalForm:
         return self.map._repr_latex_()
 
 
-def normal_form(system: System, *, seconds: float = 4.0) -> NormalForm:
+def normal_form(system: PlantLike, *, seconds: float = 4.0) -> NormalForm:
     """The normal form of a square plant whose decoupling matrix is generically invertible.
 
     Internal coordinates are sought among the functions that are constant along the input fields: states, then simple
@@ -73,7 +73,8 @@ def normal_form(system: System, *, seconds: float = 4.0) -> NormalForm:
         NoFormError: if there is no input-output form.
     """
     form = input_output_form(system)
-    view, point = form.view, base_point(system).values
+    system = form.system
+    view, point = form.view, equilibrium_in_numbers(system).where
     missing = form.internal_dimension
     internal: tuple[sp.Expr, ...] = ()
     input_free = Verdict.proved(_CLAIM, reason="there are none")
@@ -107,7 +108,7 @@ def _constant_along_inputs(form: LinearisingForm, seconds: float) -> tuple[list[
     """First integrals of span{g}, and the verdict to give if they do not suffice."""
     view = form.view
     states = [x for k, x in enumerate(view.x) if all(view.g[k, j] == 0 for j in range(view.g.cols))]
-    near = base_point(form.system).states
+    near = equilibrium_in_numbers(form.system).states
     found = first_integrals(distribution(view.input_fields, view.x), near=near, seconds=seconds)
     if found.verdict.fails:
         evidence = {**found.verdict.evidence, "reason": "the input fields do not span an involutive distribution"}

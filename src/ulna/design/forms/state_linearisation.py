@@ -18,11 +18,11 @@ from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_sym
 from ulna.geometry.integrate_form import exact_potential
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.oneform import one_form
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.linear import inverse
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
-from ulna.system.operating_point import operating_point
-from ulna.system.system import System
+from ulna.system import System, equilibrium
 
 _TEST = SampledZero(seconds=0.3)
 
@@ -47,14 +47,18 @@ class StateLinearisation:
     offset: sp.ImmutableDenseMatrix | None = None
 
 
-@lru_cache(maxsize=32)
-def state_linearisation(system: System) -> StateLinearisation:
+def state_linearisation(system: PlantLike) -> StateLinearisation:
     """Judge linearisability by coordinates alone and integrate the coordinates.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if a field is not smooth.
     """
+    return _state_linearisation(as_plant(system))
+
+
+@lru_cache(maxsize=32)
+def _state_linearisation(system: System) -> StateLinearisation:
     found = accessibility(system)
     verdict = _verdict(system, found)
     if not verdict.holds:
@@ -139,7 +143,7 @@ def _described(found: Accessibility, verdict: Verdict, forward: tuple[sp.Expr, .
     view, system = found.view, found.view.system
     if forward is None:
         return StateLinearisation(system=system, verdict=verdict)
-    point = {**operating_point(system).states, **system.values}
+    point = {**equilibrium(system).states, **system.values}
     taken = (*view.x, *view.u, *system.parameter_symbols)
     z = new_symbols("z", len(view.x), taken)
     column = sp.ImmutableDenseMatrix(len(forward), 1, list(forward))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from ulna.base.verdict import Status, Verdict
 from ulna.design.internal.critical_class import StabilityClass
-from ulna.design.internal.equilibrium_class import EquilibriumClass, equilibrium_class
+from ulna.design.internal.equilibrium_stability import EquilibriumStability, equilibrium_stability
 from ulna.design.internal.zero_dynamics import ZeroDynamics
 from ulna.geometry.relative_degree import relative_degree
-from ulna.system.system import System
+from ulna.system import System
 
 
-def minimum_phase(dynamics: ZeroDynamics, *, seconds: float = 5.0) -> EquilibriumClass:
+def minimum_phase(dynamics: ZeroDynamics, *, seconds: float = 5.0) -> EquilibriumStability:
     """The class of the zero dynamics at the equilibrium in, or nearest to, the operating point.
 
     Without zero dynamics a plant is minimum phase trivially: exponential.
@@ -21,7 +21,7 @@ def minimum_phase(dynamics: ZeroDynamics, *, seconds: float = 5.0) -> Equilibriu
     """
     system = dynamics.system
     if system is None and dynamics.verdict.status is Status.UNDECIDED and _no_zero_dynamics(dynamics.plant):
-        return EquilibriumClass(
+        return EquilibriumStability(
             system=System(name=f"zero dynamics of {dynamics.plant.name}", states=(), rates=()),
             equilibrium={},
             stability=StabilityClass.EXPONENTIAL,
@@ -32,11 +32,11 @@ def minimum_phase(dynamics: ZeroDynamics, *, seconds: float = 5.0) -> Equilibriu
         empty = System(name=f"zero dynamics of {dynamics.plant.name}", states=(), rates=())
         claim = "the zero dynamics have a stability class"
         verdict = Verdict.undecided(claim, because=dynamics.verdict, **dynamics.verdict.evidence)
-        return EquilibriumClass(
+        return EquilibriumStability(
             system=empty, equilibrium={}, stability=StabilityClass.UNDECIDED, eigenvalues=(), verdict=verdict
         )
     if not system.states:
-        return EquilibriumClass(
+        return EquilibriumStability(
             system=system,
             equilibrium={},
             stability=StabilityClass.EXPONENTIAL,
@@ -44,7 +44,7 @@ def minimum_phase(dynamics: ZeroDynamics, *, seconds: float = 5.0) -> Equilibriu
             verdict=Verdict.proved("the plant is minimum phase", reason="it has no zero dynamics"),
         )
     near = {x: dynamics.point[x] for x in system.state_symbols}
-    return equilibrium_class(system, near=near, seconds=seconds)
+    return equilibrium_stability(system, near=near, seconds=seconds)
 
 
 def _no_zero_dynamics(plant: System) -> bool:

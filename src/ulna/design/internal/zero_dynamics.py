@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base.verdict import Verdict, all_of
-from ulna.design.internal.base_point import BasePoint, base_point
 from ulna.symbolic.exact.budget import time_budget
 from ulna.symbolic.exact.linear import nullspace, solve_linear
 from ulna.symbolic.exact.rank import generic_rank, rank_at
@@ -16,8 +15,7 @@ from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.solving.branch import on_branch
 from ulna.symbolic.solving.level_set import graph_near
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.system import System
+from ulna.system import ControlAffine, Equilibrium, System, control_affine, equilibrium_in_numbers
 
 _QUICK = SampledZero(seconds=0.3)
 _CLAIM = "the zero dynamics are found"
@@ -96,7 +94,7 @@ def zero_dynamics(system: System, *, set_point: Sequence[sp.Expr] | None = None,
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
     """
-    view, base = control_affine(system), base_point(system)
+    view, base = control_affine(system), equilibrium_in_numbers(system)
     if set_point is None:
         held = _held(view, base)
         found = _at_set_point(system, held, seconds)
@@ -109,14 +107,14 @@ def zero_dynamics(system: System, *, set_point: Sequence[sp.Expr] | None = None,
     return _at_set_point(system, tuple(set_point), seconds)
 
 
-def _finite_and_held(values: Sequence[sp.Expr], base: BasePoint) -> bool:
-    numbers = [v.xreplace(base.values) for v in values]
+def _finite_and_held(values: Sequence[sp.Expr], base: Equilibrium) -> bool:
+    numbers = [v.xreplace(base.where) for v in values]
     return not any(v.has(sp.nan, sp.zoo, sp.oo) or v.free_symbols for v in numbers) and any(v != 0 for v in numbers)
 
 
 def _at_set_point(system: System, held: tuple[sp.Expr, ...], seconds: float) -> ZeroDynamics:
-    view, base = control_affine(system), base_point(system)
-    manifold = _Manifold(solved={}, point=dict(base.values), regular=[])
+    view, base = control_affine(system), equilibrium_in_numbers(system)
+    manifold = _Manifold(solved={}, point=dict(base.where), regular=[])
     if not view.u or not view.h.rows:
         missing = "output" if view.u else "input"
         return _none(system, held, manifold, Verdict.undecided(_CLAIM, reason=f"the plant has no {missing}"))
@@ -130,12 +128,12 @@ def _at_set_point(system: System, held: tuple[sp.Expr, ...], seconds: float) -> 
     return _none(system, held, manifold, Verdict.undecided(_CLAIM, reason=f"out of time after {seconds:g} s"))
 
 
-def _held(view: ControlAffine, base: BasePoint) -> tuple[sp.Expr, ...]:
+def _held(view: ControlAffine, base: Equilibrium) -> tuple[sp.Expr, ...]:
     """The outputs at the operating point if the plant rests there, else zero."""
     zero = tuple(sp.Integer(0) for _ in view.h)
-    if not base.equilibrium.holds:
+    if not base.verdict.holds:
         return zero
-    values = view.h.xreplace(base.values)
+    values = view.h.xreplace(base.where)
     if values.has(sp.nan, sp.zoo, sp.oo) or all(is_zero(v, test=_QUICK).holds for v in values):
         return zero
     given = view.h.xreplace(base.states)

@@ -6,6 +6,7 @@ x̂' = f(x̂) + g(x̂) u + P Hᵀ R⁻¹ (y − h(x̂)), P' = F P + P Fᵀ + Q �
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
@@ -15,39 +16,48 @@ from ulna.base.verdict import Verdict
 from ulna.design.observers.observer import Observer, controlled_rates, estimate_symbols, estimator_system
 from ulna.design.observers.output_functions import output_symbols
 from ulna.geometry.observability import observability
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas.text import exact
-from ulna.system.affine import control_affine
-from ulna.system.signal import Signal
-from ulna.system.system import System
+from ulna.system import Signal, System, control_affine
 
 
-def extended_kalman_filter(
-    system: System,
-    *,
-    process_noise: Sequence[Any] | Mapping[str, Any] | None = None,
-    measurement_noise: Sequence[Any] | Mapping[str, Any] | None = None,
-    initial_covariance: Sequence[Any] | Mapping[str, Any] | None = None,
-) -> Observer:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KalmanNoise:
+    """How much noise a Kalman filter is to expect.
+
+    Attributes:
+        process: (n,) spectral densities of the rates, the diagonal of Q, by position or by state name.
+        measurement: (p,) spectral densities of the outputs, the diagonal of R, by position or by output name.
+        initial_covariance: (n,) the diagonal of P at the start, by position or by state name.
+
+    What is left out is 1.
+    """
+
+    process: Sequence[Any] | Mapping[str, Any] | None = None
+    measurement: Sequence[Any] | Mapping[str, Any] | None = None
+    initial_covariance: Sequence[Any] | Mapping[str, Any] | None = None
+
+
+def extended_kalman_filter(system: PlantLike, noise: KalmanNoise | None = None) -> Observer:
     """The filter as a system with n estimates and the n(n+1)/2 entries `cov_<state>_<state>` of P.
 
     It converges locally where the plant is observable along the motion; nothing is promised from afar.
 
     Args:
         system: a plant with at least one output.
-        process_noise: (n,) spectral densities, the diagonal of Q, by position or by state name; 1 where left out.
-        measurement_noise: (p,) spectral densities, the diagonal of R; 1 where left out.
-        initial_covariance: (n,) the diagonal of P at the start; 1 where left out.
+        noise: what it is tuned to; all densities 1 if left out.
 
     Raises:
         PlantError: for a plant without output.
-        DesignError: for weights that are no numbers, of the wrong sign or number, or under unknown names.
+        DesignError: for densities that are no numbers, of the wrong sign or number, or under unknown names.
     """
+    system, noise = as_plant(system), noise or KalmanNoise()
     view = control_affine(system)
     if not len(view.h):
         raise PlantError(f"extended Kalman filter of '{system.name}'", "the plant has no output.", "Add [outputs].")
-    Q = _diagonal(process_noise, [s.name for s in system.states], "process noise", positive=False)
-    R = _diagonal(measurement_noise, [s.name for s in system.outputs], "measurement noise", positive=True)
-    start = _diagonal(initial_covariance, [s.name for s in system.states], "initial covariance", positive=False)
+    Q = _diagonal(noise.process, [s.name for s in system.states], "process noise", positive=False)
+    R = _diagonal(noise.measurement, [s.name for s in system.outputs], "measurement noise", positive=True)
+    start = _diagonal(noise.initial_covariance, [s.name for s in system.states], "initial covariance", positive=False)
     hats = estimate_symbols(system)
     onto = dict(zip(view.x, hats, strict=True))
     P, entries = _covariance(system)

@@ -14,11 +14,12 @@ from ulna.base import DesignError
 from ulna.design.control.gains import Gains
 from ulna.design.observers.observer import Observer, exact_observer
 from ulna.design.observers.observer_form import observer_form
+from ulna.plants import PlantLike, as_plant
 from ulna.system import Signal, System
 
 
 def with_disturbance(
-    system: System, enters: Mapping[str, sp.Expr | int], *, disturbance: Signal | None = None
+    system: PlantLike, enters: Mapping[str, sp.Expr | int], *, disturbance: Signal | None = None
 ) -> System:
     """The plant with one further state d, d' = 0, added to its rates: x' = f(x, u) + e(x) d.
 
@@ -29,6 +30,7 @@ def with_disturbance(
     Raises:
         DesignError: for an unknown state or a disturbance that enters nowhere.
     """
+    system = as_plant(system)
     names = [s.name for s in system.states]
     unknown = [name for name in enters if name not in names]
     if unknown or all(e == 0 for e in enters.values()):
@@ -53,7 +55,7 @@ def with_disturbance(
     )
 
 
-def extended_state_observer(extended: System, gains: Gains) -> Observer:
+def extended_state_observer(extended: PlantLike, gains: Gains) -> Observer:
     """The exact observer of a plant with its disturbance: the errors of states and disturbance decay with the poles.
 
     Args:

@@ -6,6 +6,7 @@ Source: Gauthier, Hammouri and Othman, IEEE TAC 37 (1992).
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
@@ -23,13 +24,21 @@ from ulna.design.observers.observer import (
 from ulna.design.observers.output_functions import output_symbols
 from ulna.geometry.lie import lie_derivative
 from ulna.geometry.observability import Observability, differentials, observability
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.formulas.text import exact
-from ulna.system.system import System
 
 
-def high_gain_observer(system: System, gains: Gains, *, time_scale: Any = 1) -> Observer:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HighGain:
+    """The high-gain observer as a choice for `controller_for`: the arguments of `high_gain_observer`."""
+
+    gains: Gains
+    time_scale: Any = 1
+
+
+def high_gain_observer(system: PlantLike, gains: Gains, *, time_scale: Any = 1) -> Observer:
     """The high-gain observer of a plant; its error decays like exp(pole · t / ε) for ε small enough.
 
     Convergence needs Φ to be a diffeomorphism along the motion, f, g Lipschitz there, and the inputs to enter in a
@@ -45,6 +54,7 @@ def high_gain_observer(system: System, gains: Gains, *, time_scale: Any = 1) -> 
         NoFormError: if the drift's outputs do not determine the state; `value` is the `Observability`.
         DesignError: for ε ≤ 0 or gains that do not fit the blocks.
     """
+    system = as_plant(system)
     epsilon = _positive(time_scale)
     seen = observability(system)
     if not seen.observable.holds:

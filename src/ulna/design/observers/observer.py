@@ -9,15 +9,12 @@ import sympy as sp
 
 from ulna.base.errors import DesignError
 from ulna.base.verdict import Verdict
-from ulna.design.control.gains import Gains, gain_rule
+from ulna.design.control.gains import Gains, gain_rule, roots_of
 from ulna.design.observers.observer_form import ObserverForm
 from ulna.design.observers.output_functions import output_symbols
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.linear_injection import LinearInjection
-from ulna.system.signal import Signal
-from ulna.system.system import System
+from ulna.system import ControlAffine, LinearInjection, Signal, System, control_affine
 
 _SECONDS = 0.5
 
@@ -62,6 +59,11 @@ class Observer:
         y = output_symbols(view)
         slopes = rates.jacobian(list(y)).xreplace(dict(zip(y, shown, strict=True)))
         return sp.ImmutableDenseMatrix(slopes.applyfunc(lambda e: tidy(e, seconds=0.2)))
+
+    @property
+    def poles(self) -> tuple[complex, ...]:
+        """The poles of the error's linear part, in 1/s; none of a Kalman filter (parameters need values)."""
+        return roots_of(self.polynomials)
 
     def __repr__(self) -> str:
         return f"Observer of '{self.plant.name}'\n{self.system!r}"

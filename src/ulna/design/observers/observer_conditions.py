@@ -16,8 +16,7 @@ from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.linear import inverse_last_column
 from ulna.symbolic.exact.simplify import normal_form
 from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.system.affine import ControlAffine
-from ulna.system.system import System
+from ulna.system import ControlAffine, System
 
 _TEST = SampledZero(seconds=0.4)
 _SECONDS = 4.0

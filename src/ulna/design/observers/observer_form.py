@@ -14,7 +14,6 @@ import sympy as sp
 
 from ulna.base.errors import NoFormError
 from ulna.base.verdict import Status, Verdict
-from ulna.design.internal.base_point import base_point
 from ulna.design.observers.observer_blocks import search_blocks
 from ulna.design.observers.observer_chain import ChainSearch, search_chain
 from ulna.design.observers.observer_check import check_observer_form
@@ -23,15 +22,14 @@ from ulna.design.observers.output_functions import OutputSection, output_section
 from ulna.design.observers.straightened import StraightenedPlant, straightened_plant
 from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
 from ulna.geometry.observability import Observability, observability
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.linear import inverse
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero
 from ulna.symbolic.formulas.text import formula, listing
 from ulna.symbolic.solving.branch import on_branch
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.operating_point import operating_point
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine, equilibrium, equilibrium_in_numbers
 
 _SECONDS = 10.0
 
@@ -110,18 +108,18 @@ class ObserverFormSearch:
     conditions: ObserverConditions | None
 
 
-def observer_form(system: System) -> ObserverForm:
+def observer_form(system: PlantLike) -> ObserverForm:
     """The observer form of a plant with one or many outputs.
 
     Raises:
         NoFormError: if there is none or none was found; `value` is the `ObserverFormSearch` that says why.
         NotAffineError: if the plant is not affine in its inputs.
     """
-    search = find_observer_form(system)
+    search = find_observer_form(as_plant(system))
     if search.form is not None:
         return search.form
     raise NoFormError(
-        f"observer form of '{system.name}'",
+        f"observer form of '{search.system.name}'",
         f"{explanation(search.verdict)}.",
         "Try an output transformation (transformed_observer_form), a high-gain observer or an extended Kalman filter.",
         value=search,
@@ -189,7 +187,7 @@ def moved_back(system: System, straight: StraightenedPlant, form: ObserverForm) 
     view = control_affine(system)
     section = output_section(view)
     rename = dict(zip(form.y, section.y, strict=True))
-    here = base_point(system).values
+    here = equilibrium_in_numbers(system).where
     forward = sp.ImmutableDenseMatrix(form.map.forward.applyfunc(lambda e: on_branch(straight.in_old(e), here)))
     solved = sp.Matrix([straight.solved.get(x, x) for x in view.x])
     inverse_map = form.map.inverse
@@ -236,7 +234,7 @@ def assemble(section: OutputSection, chain: ChainSearch) -> ObserverForm | None:
         view=view,
         indices=chain.indices,
         map=diffeomorphism(
-            T, view.x, z, near=operating_point(view.system).states, singular=tidy(inverted.determinant, seconds=0.2)
+            T, view.x, z, near=equilibrium(view.system).states, singular=tidy(inverted.determinant, seconds=0.2)
         ),
         jacobian=sp.ImmutableDenseMatrix(inverted.solution),
         A=A,

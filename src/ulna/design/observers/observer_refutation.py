@@ -21,7 +21,7 @@ from ulna.symbolic.compiling import kernel
 from ulna.symbolic.exact.ball import exact_ball
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.sample import SEED, Point, random_points
-from ulna.system.affine import ControlAffine
+from ulna.system import ControlAffine
 
 _SECONDS = 4.0
 _POINTS = 2

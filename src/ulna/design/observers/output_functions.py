@@ -19,8 +19,7 @@ from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.integration.circular_substitution import antiderivative_by_substitution
 from ulna.symbolic.integration.potential import antiderivative, antiderivative_by_rules, potential_in_span
 from ulna.symbolic.solving.invert import invert_map
-from ulna.system.affine import ControlAffine
-from ulna.system.operating_point import operating_point
+from ulna.system import ControlAffine, equilibrium
 
 _FREE_VALUES = (sp.Integer(0), sp.Integer(1), sp.Rational(3, 7), sp.Rational(-5, 11), sp.Integer(2))
 _SECTIONS = 8
@@ -108,7 +107,7 @@ def _plain(lift: Mapping[sp.Symbol, sp.Expr]) -> bool:
 
 
 def _lifts(view: ControlAffine, y: Sequence[sp.Symbol]) -> Iterator[Mapping[sp.Symbol, sp.Expr]]:
-    point = operating_point(view.system).states
+    point = equilibrium(view.system).states
     found = 0
     end = thread_time() + _LIFT_SECONDS * PATIENCE
     for pivots in _pivot_sets(view):
@@ -217,7 +216,7 @@ def _antiderivatives(slope: sp.Expr, y: sp.Symbol) -> Iterator[sp.Expr]:
 def _real_near(expression: sp.Expr, section: OutputSection) -> sp.Expr:
     """The expression with logarithms of −a in place of those of a where a is negative at the operating point."""
     system = section.view.system
-    point = operating_point(system).states
+    point = equilibrium(system).states
     numbers = {p: sp.Integer(1) for p in system.parameter_symbols} | system.values
     base = {y: h.subs(dict(point)).subs(numbers) for y, h in zip(section.y, section.view.h, strict=True)}
     flips = {}

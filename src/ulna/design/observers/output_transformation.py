@@ -45,11 +45,12 @@ from ulna.design.observers.transformed_blocks import (
 )
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.observability import observability
+from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.formulas.parse import is_elementary
 from ulna.symbolic.formulas.text import formula
-from ulna.system.system import System
+from ulna.system import System
 
 _SECONDS = 10.0
 _SEVERAL_SECONDS = 1.5
@@ -80,17 +81,17 @@ class OutputTransformation:
         return self.functions[0] if self.functions is not None and len(self.functions) == 1 else None
 
 
-def transformed_observer_form(system: System) -> ObserverForm:
+def transformed_observer_form(system: PlantLike) -> ObserverForm:
     """The observer form of a plant after a transformation of each output, the identity where that suffices.
 
     Raises:
         NoFormError: if there is none or none was found; `value` is the `OutputTransformation` that says why.
     """
-    found = output_transformation(system)
+    found = output_transformation(as_plant(system))
     if found.form is not None:
         return found.form
     raise NoFormError(
-        f"observer form of '{system.name}' with an output transformation",
+        f"observer form of '{found.system.name}' with an output transformation",
         f"{explanation(found.verdict)}.",
         "A high-gain observer or an extended Kalman filter does not need the form.",
         value=found,

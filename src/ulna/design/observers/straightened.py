@@ -8,15 +8,12 @@ from functools import lru_cache
 
 import sympy as sp
 
-from ulna.design.internal.base_point import base_point
 from ulna.geometry.lie import lie_derivative
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import normal_form
 from ulna.symbolic.solving.branch import on_branch
 from ulna.symbolic.solving.invert import invert_map
-from ulna.system.affine import ControlAffine, control_affine
-from ulna.system.operating_point import operating_point
-from ulna.system.system import System
+from ulna.system import ControlAffine, System, control_affine, equilibrium, equilibrium_in_numbers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +41,7 @@ def straightened_plant(system: System) -> StraightenedPlant | None:
     view = control_affine(system)
     if all(h in view.x for h in view.h):
         return None
-    point = operating_point(system).states
+    point = equilibrium(system).states
     taken = {h for h in view.h if h in view.x}
     meaning: dict[sp.Symbol, sp.Expr] = {}
     onto: dict[sp.Symbol, sp.Expr] = {}
@@ -90,7 +87,7 @@ def _rewritten(
     u = sp.Matrix(len(view.u), 1, list(view.u))
     field = sp.Matrix(view.f) + sp.Matrix(view.g) * u
     start = {x: meaning[x].subs(dict(point)) if x in meaning else point[x] for x in view.x}
-    numbers = base_point(view.system)
+    numbers = equilibrium_in_numbers(view.system)
     base = {x: value.xreplace(numbers.parameters) for x, value in start.items()}
     base |= {**numbers.inputs, **numbers.parameters}
     rates = []

@@ -28,8 +28,7 @@ from ulna.design.observers.output_functions import OutputSection, exponential, i
 from ulna.geometry.observability import observability
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.system.affine import control_affine
-from ulna.system.system import System
+from ulna.system import System, control_affine
 
 _LARGE = 60
 """Operations in the observability matrix above which two points are looked at before anything is differentiated."""

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
-from ulna.models.forearm import SmallOscillations
+from ulna.plants import SmallOscillations
 from ulna.report import Badge, Block, Picture, Row, Table, Text, Tone
 from ulna.studies.paper.cards import decimals, place_text
 from ulna.studies.paper.compare import number_text
 from ulna.studies.paper.judge import notes
 from ulna.studies.paper.passive import Passive, rest_angle
 from ulna.studies.paper.runs import Cause, Loop
-from ulna.system import Equilibria
+from ulna.system import Equilibria, linearise
 
 _NOTHING = 1e-6
 
@@ -85,12 +86,12 @@ def rest_table(rests: Equilibria) -> Table:
     """Every equilibrium with its eigenvalues."""
     rows = tuple(
         (
-            f"{p.states['theta']:+.4f}".replace("-", "−"),
-            f"{180 / sp.pi.evalf() * p.states['theta']:+.0f}°".replace("-", "−"),
-            Badge(text="stable", tone=Tone.GOOD) if p.stable else Badge(text="unstable", tone=Tone.BAD),
-            _complex_list(p.eigenvalues),
+            f"{p['theta']:+.4f}".replace("-", "−"),
+            f"{math.degrees(p['theta']):+.0f}°".replace("-", "−"),
+            Badge(text="stable", tone=Tone.GOOD) if near.stable else Badge(text="unstable", tone=Tone.BAD),
+            _complex_list(near.eigenvalues),
         )
-        for p in rests.points
+        for p, near in ((p, linearise(p)) for p in rests)
     )
     return Table(head=("angle (rad)", "angle", "", "eigenvalues (1/s)"), rows=rows, numeric=frozenset({0, 1}))
 
@@ -133,7 +134,7 @@ def _rest_table(found: SmallOscillations, caption: str) -> Table:
     rows = tuple(
         (
             f"{rest_angle(p):+.4f}".replace("-", "−"),
-            f"{180 / sp.pi.evalf() * rest_angle(p):+.1f}°".replace("-", "−"),
+            f"{math.degrees(rest_angle(p)):+.1f}°".replace("-", "−"),
             f"{float(p.natural_frequency):.3f}" if p.swings else "none",
             f"{float(p.damping_ratio):.3f}" if p.swings else "falls away",
         )
@@ -148,7 +149,7 @@ def _rest_table(found: SmallOscillations, caption: str) -> Table:
 
 
 def _pole_table(loops: Sequence[Loop]) -> Table:
-    rows = tuple((loop.title, _complex_list(loop.rest.poles)) for loop in loops)
+    rows = tuple((loop.title, _complex_list(loop.poles)) for loop in loops)
     return Table(head=("loop", "poles at rest (1/s)"), rows=rows)
 
 

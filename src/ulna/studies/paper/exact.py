@@ -22,7 +22,7 @@ from ulna.design import (
     state_feedback,
 )
 from ulna.geometry import accessibility, observability
-from ulna.models import model
+from ulna.plants import model
 from ulna.studies.paper.chain import XBAR, Choices, U, X, Y, Z
 from ulna.studies.paper.notation import read_formula
 from ulna.studies.paper.printed import Paper

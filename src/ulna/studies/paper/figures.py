@@ -35,7 +35,7 @@ def draw(
         "figure-7": _compared(output, f"{ANGLE}_hat", "estimated link angle"),
         "steady": _steady((output[0], feedback[1], output[1])),
         "voltage": _compared(output, "u", "armature voltage", unit="V"),
-        "poles": plot_poles({"exact": output[0].rest.poles, "as printed": output[1].rest.poles}),
+        "poles": plot_poles({"exact": output[0].poles, "as printed": output[1].poles}),
         "forearm": _passive(passive),
     }
 
@@ -43,7 +43,7 @@ def draw(
 def _uncontrolled(free: Sequence[Trajectory], rests: Equilibria) -> Figure:
     values = np.concatenate([run[ANGLE] for run in free])
     low, high = float(values.min()) - 0.3, float(values.max()) + 0.3
-    levels = [point.states[ANGLE] for point in rests.points if low < point.states[ANGLE] < high]
+    levels = [point[ANGLE] for point in rests if low < point[ANGLE] < high]
     curves = [Curve(label=_from(run), times=run.times, values=run[ANGLE], hue=hue) for hue, run in enumerate(free)]
     return plot_curves(curves, quantity="link angle", unit="rad", levels=levels)
 

@@ -61,7 +61,7 @@ def judge_claims(paper: Paper, exact: Exact, rests: Equilibria, loops: Sequence[
     laws = {str(paper.entry(key, "u")).replace("xbar", "x") for key in ("law", "compensator_law")}
     speed = exact.view.x[1]
     answers: dict[str, bool | None] = {
-        "several_equilibria": len(rests.points) > 1,
+        "several_equilibria": len(rests) > 1,
         "origin_kept": origin.is_zero_matrix,
         "full_rank": bool(determinant.is_number and determinant != 0),
         "motor_speed": None if not exact.view.h.has(speed) else False,

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ulna.models import model
-from ulna.models.forearm import small_oscillation
+from ulna.plants import model, small_oscillation
 from ulna.studies.paper.chain import X
 from ulna.studies.paper.compare import Comparison, Finding, compare_formula
 from ulna.studies.paper.notation import read_formula

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ulna.models import model
-from ulna.models.forearm import SmallOscillation, SmallOscillations, small_oscillations
+from ulna.plants import SmallOscillation, SmallOscillations, model, small_oscillations
 from ulna.sim import Trajectory, simulate
 from ulna.system import Parameter, System
 

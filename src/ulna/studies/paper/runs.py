@@ -12,7 +12,7 @@ from ulna.sim import Outcome, OutputMetrics, Trajectory, simulate
 from ulna.sim.metrics import input_metrics, output_metrics
 from ulna.studies.paper.exact import Exact
 from ulna.studies.paper.loops import Controller, Deviation, compensator_loop, deviations, state_feedback_loop
-from ulna.system import RestPoint, System, rest_point
+from ulna.system import Equilibrium, System, equilibrium, linearise
 
 SECONDS = 10.0
 _SAMPLES = 1001
@@ -46,7 +46,7 @@ class Loop:
     Attributes:
         key: its name in the results; title: for reading; printed: whether as printed, not exact.
         system: the loop.
-        rest: its rest point nearest to the horizontal, with the poles there.
+        rest: its equilibrium nearest to the horizontal; poles: of the linearisation there, in 1/s.
         runs: one for each initial angle.
     """
 
@@ -54,23 +54,24 @@ class Loop:
     title: str
     printed: bool
     system: System
-    rest: RestPoint
+    rest: Equilibrium
+    poles: tuple[complex, ...]
     runs: tuple[Run, ...]
 
     @property
     def steady_error_degrees(self) -> float:
         """Angle at rest − 0, in degrees."""
-        return math.degrees(self.rest.outputs[ANGLE])
+        return math.degrees(self.rest[ANGLE])
 
     @property
     def holding_voltage(self) -> float:
         """Voltage at rest, in V."""
-        return self.rest.outputs["u"]
+        return self.rest["u"]
 
     @property
     def holding_power(self) -> float:
         """Electric power at rest, u·i, in W: all of it heats the armature."""
-        return self.rest.outputs["u"] * self.rest.states["i"]
+        return self.rest["u"] * self.rest["i"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,32 +117,30 @@ def causes(exact: Exact, good: Controller, bad: Controller) -> tuple[Cause, ...]
     """Each number in which the printed controller is wrong, taken alone, in the loop with the estimator."""
     found = []
     for deviation in deviations(good, bad):
-        alone = rest_point(compensator_loop(exact, deviation.alone, "one number as printed"))
-        repaired = rest_point(compensator_loop(exact, deviation.repaired, "one number repaired"))
+        alone = equilibrium(compensator_loop(exact, deviation.alone, "one number as printed"), near={})
+        repaired = equilibrium(compensator_loop(exact, deviation.repaired, "one number repaired"), near={})
         found.append(
             Cause(
                 deviation=deviation,
-                alone=math.degrees(alone.states[ANGLE]),
-                repaired=math.degrees(repaired.states[ANGLE]),
-                stable=all(pole.real < 0 for pole in alone.poles),
+                alone=math.degrees(alone[ANGLE]),
+                repaired=math.degrees(repaired[ANGLE]),
+                stable=linearise(alone).stable,
             )
         )
     return tuple(found)
 
 
 def _loop(key: str, title: str, printed: bool, system: System, angles: Sequence[float]) -> Loop:
-    rest = rest_point(system)
-    outputs = {ANGLE: rest.states[ANGLE], **rest.outputs}
-    rest = RestPoint(states=rest.states, outputs=outputs, poles=rest.poles)
-    runs = tuple(_run(system, rest, angle) for angle in angles)
-    return Loop(key=key, title=title, printed=printed, system=system, rest=rest, runs=runs)
+    rest = equilibrium(system, near={})
+    poles, runs = linearise(rest).eigenvalues, tuple(_run(system, rest, angle) for angle in angles)
+    return Loop(key=key, title=title, printed=printed, system=system, rest=rest, poles=poles, runs=runs)
 
 
-def _run(system: System, rest: RestPoint, angle: float) -> Run:
+def _run(system: System, rest: Equilibrium, angle: float) -> Run:
     start = {s.name: 0.0 for s in system.states} | {ANGLE: angle}
     trajectory = simulate(system, start, np.linspace(0.0, SECONDS, _SAMPLES), throw=False)
     away = max(
-        abs(float(value) - rest.states[s.name]) for s, value in zip(system.states, trajectory.final_state, strict=True)
+        abs(float(value) - there) for there, value in zip(rest.numbers.values(), trajectory.final_state, strict=True)
     )
     return Run(
         angle=angle,

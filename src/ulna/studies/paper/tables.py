@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from ulna.design import error_matrix, gains_in_form
-from ulna.models.forearm import SmallOscillations
+from ulna.plants import SmallOscillations
 from ulna.report import plain
 from ulna.studies.paper.compare import Comparison
 from ulna.studies.paper.exact import Exact
@@ -19,7 +19,7 @@ from ulna.studies.paper.printed import Paper
 from ulna.studies.paper.runs import Cause, Loop
 from ulna.studies.paper.verdict import Judged
 from ulna.symbolic.formulas.text import formula
-from ulna.system import Equilibria
+from ulna.system import Equilibria, linearise
 
 _DIGITS = 6
 _ZERO = 1e-9
@@ -103,7 +103,7 @@ def _loop(loop: Loop) -> dict[str, Any]:
         "key": loop.key,
         "title": loop.title,
         "as_printed": loop.printed,
-        "poles": list(loop.rest.poles),
+        "poles": list(loop.poles),
         "steady_error_degrees": loop.steady_error_degrees,
         "holding_voltage": loop.holding_voltage,
         "holding_power": loop.holding_power,
@@ -136,7 +136,8 @@ def _rests(rests: Equilibria) -> dict[str, Any]:
     return {
         "complete": rests.complete.status.value,
         "points": [
-            {"states": dict(p.states), "eigenvalues": list(p.eigenvalues), "stable": p.stable} for p in rests.points
+            {"states": p.numbers, "eigenvalues": list(near.eigenvalues), "stable": near.stable}
+            for p, near in ((p, linearise(p)) for p in rests)
         ],
     }
 

@@ -9,8 +9,7 @@ from functools import cache
 import numpy as np
 import sympy as sp
 
-from ulna.design import Track, compensator, controller_form, exact_observer, observer_form, state_feedback
-from ulna.design.control.compensator import StateEstimator
+from ulna.design import Observer, Track, compensator, controller_form, exact_observer, observer_form, state_feedback
 from ulna.design.control.gains import AbstractGainRule
 from ulna.design.control.law import Law
 from ulna.design.control.reduced_order import reduced_order
@@ -168,7 +167,7 @@ def _scales() -> tuple[Tuned, ...]:
     )
 
 
-def joined(name: str, law: Law, observer: StateEstimator) -> System:
+def joined(name: str, law: Law, observer: Observer) -> System:
     """The observer driven by the voltage that the motor really gets, and the law on its estimates."""
     compensator(law, observer)  # refuses an observer that does not fit the law
     estimates = dict(zip((s.name for s in observer.system.outputs), observer.system.readouts, strict=True))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ulna.design import Track
-from ulna.models import Preset
+from ulna.plants import Preset
 from ulna.sim.references import minimum_jerk
 from ulna.studies.prosthesis.designs import joined
 from ulna.studies.prosthesis.load_robust_designs import SPREAD, TUNINGS, load_robust_design

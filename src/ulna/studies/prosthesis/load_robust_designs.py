@@ -16,7 +16,7 @@ from ulna.design.control.load_robust import LoadRobust, load_robust_compensator
 from ulna.design.control.loop_grid import LoopGrid, loop_grid
 from ulna.design.control.reference import AbstractReference
 from ulna.design.control.sampled_stability import sampled_grid
-from ulna.models import Preset, arm_with_drive
+from ulna.plants import Preset, arm_with_drive
 from ulna.system import Signal
 
 LOAD_TORQUE = Signal(name="load_torque", unit="N*m", text="torque that the design load does not explain")

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 
-from ulna.models.thermal import Heating
+from ulna.plants import Heating
 from ulna.studies.prosthesis.plant import Bench
 from ulna.studies.prosthesis.tasks import PERIOD, Task
 from ulna.studies.prosthesis.trial import Runs

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from ulna.models.statics import hold, torque_margin
+from ulna.plants import hold, torque_margin
 from ulna.report import Badge, Block, Cell, Document, Fold, Picture, Section, Table, Text, Tone
 from ulna.studies.prosthesis.baselines import VISUAL_DELAY
 from ulna.studies.prosthesis.compare import Comparison

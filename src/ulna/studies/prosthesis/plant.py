@@ -9,12 +9,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from ulna.models.anthropometry import range_of_motion
-from ulna.models.arm import Friction
-from ulna.models.drive import BackDriven
-from ulna.models.driven_arm import arm_with_drive
-from ulna.models.presets import Preset
-from ulna.models.statics import hold, no_load_speed, require_liftable, torque_margin
+from ulna.plants import (
+    BackDriven,
+    Friction,
+    Preset,
+    arm_with_drive,
+    hold,
+    no_load_speed,
+    range_of_motion,
+    require_liftable,
+    torque_margin,
+)
 from ulna.sim.references import MotionLimits
 from ulna.system import Signal, System
 

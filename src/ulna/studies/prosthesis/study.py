@@ -10,7 +10,7 @@ from typing import Any
 
 from rich.table import Table as TextTable
 
-from ulna.models.presets import preset, presets
+from ulna.plants import preset, presets
 from ulna.plot.save import svg_text
 from ulna.report import output_folder, render_page, results_text
 from ulna.studies.prosthesis.animation import animation

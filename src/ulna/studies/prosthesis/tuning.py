@@ -14,8 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ulna.models.presets import preset, presets
-from ulna.models.statics import hold
+from ulna.plants import hold, preset, presets
 from ulna.studies.prosthesis.contender import Contender
 from ulna.studies.prosthesis.field import TUNED_FILE, contenders
 from ulna.studies.prosthesis.lanes import LANES

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +14,6 @@ from ulna.symbolic.exact.budget import attempt
 
 _SMALLEST_PIECE = 1e-9
 _MAX_PIECES = 20_000
-_NEWTON_STEPS = 60
-_HALVINGS = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,62 +49,6 @@ def solutions_in_time(
     """The same; None where the time ran out."""
     found = attempt(seconds, "solve", sp.solve, list(equations), list(unknowns), dict=True)
     return None if found.ran_out else found.value or []
-
-
-def decimal_root(
-    equations: Sequence[sp.Expr],
-    unknowns: Sequence[sp.Symbol],
-    start: Mapping[sp.Symbol, sp.Expr],
-    *,
-    digits: int = 30,
-    seconds: float = 1.0,
-) -> dict[sp.Symbol, sp.Expr] | None:
-    """The root that Newton's method reaches from a point, as rational numbers with so many digits; None if none.
-
-    Where there are more unknowns than equations every step is the shortest one, so that the root is close by.
-
-    Args:
-        equations: no more of them than unknowns, without other symbols.
-        unknowns: symbols.
-        start: a real number for each.
-        digits: decimal digits.
-        seconds: s.
-    """
-    return attempt(seconds, "Newton", _newton, equations, unknowns, start, digits).value
-
-
-def _newton(
-    equations: Sequence[sp.Expr], unknowns: Sequence[sp.Symbol], start: Mapping[sp.Symbol, sp.Expr], digits: int
-) -> dict[sp.Symbol, sp.Expr] | None:
-    value = sp.lambdify(unknowns, list(equations), "mpmath")
-    slope = sp.lambdify(unknowns, sp.Matrix(equations).jacobian(list(unknowns)), "mpmath")
-    with mpmath.workdps(2 * digits):
-        x = mpmath.matrix([mpmath.mpmathify(sp.N(start[s], 2 * digits)) for s in unknowns])
-        enough = mpmath.mpf(10) ** -(digits + 5)
-        for _ in range(_NEWTON_STEPS):
-            rest, A = mpmath.matrix(value(*x)), slope(*x)
-            step = A.T * mpmath.lu_solve(A * A.T, rest)
-            if not all(mpmath.isfinite(e) and mpmath.im(e) == 0 for e in (*rest, *step)):
-                return None
-            x = x - _damped(value, x, rest, step)
-            if mpmath.norm(step) <= enough * (1 + mpmath.norm(x)):
-                return {s: _rounded(v, digits) for s, v in zip(unknowns, x, strict=True)}
-    return None
-
-
-def _rounded(value: Any, digits: int) -> sp.Rational:
-    tiny = abs(value) < mpmath.mpf(10) ** -digits
-    return sp.Rational(0) if tiny else sp.Rational(mpmath.nstr(value, digits))
-
-
-def _damped(value: Any, x: Any, rest: Any, step: Any) -> Any:
-    """The step, halved while it makes the equations worse."""
-    for _ in range(_HALVINGS):
-        there = mpmath.matrix(value(*(x - step)))
-        if all(mpmath.isfinite(e) and mpmath.im(e) == 0 for e in there) and mpmath.norm(there) <= mpmath.norm(rest):
-            break
-        step = step / 2
-    return step
 
 
 def eliminate(

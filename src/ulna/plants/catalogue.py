@@ -1,0 +1,96 @@
+"""The catalogue: plants kept as data files, by name."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from decimal import Decimal
+from difflib import get_close_matches
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, TypeAlias
+
+from ulna.base.errors import PlantError
+from ulna.system import System, SystemLike, as_system, read_system, system_from_mapping
+
+_FOLDERS = ("data", "textbook")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Model:
+    """A plant of the catalogue.
+
+    Attributes:
+        name: its name in `model()` and on the command line.
+        text: what it is; teaches: what it shows; source: where it comes from.
+        answers: known answers by analysis key, as formula text (empty for most of the practical models).
+    """
+
+    name: str
+    text: str
+    teaches: str
+    source: str
+    answers: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+
+@cache
+def _data() -> dict[str, dict[str, Any]]:
+    found = {}
+    for folder in _FOLDERS:
+        place = files("ulna.plants") / folder
+        for entry in sorted(place.iterdir(), key=lambda e: e.name) if place.is_dir() else ():
+            if entry.name.endswith(".toml"):
+                found[entry.name.removesuffix(".toml")] = tomllib.loads(
+                    entry.read_text(encoding="utf-8"), parse_float=Decimal
+                )
+    return found
+
+
+def models() -> tuple[Model, ...]:
+    """Every plant of the catalogue, in order of name."""
+    rows = []
+    for name, data in sorted(_data().items()):
+        entry = data.get("catalogue", {})
+        text, source = data.get("text", data.get("name", "")), data.get("source", "")
+        answers = MappingProxyType(dict(entry.get("answers", {})))
+        rows.append(Model(name=name, text=text, teaches=entry.get("teaches", ""), source=source, answers=answers))
+    return tuple(rows)
+
+
+PlantLike: TypeAlias = SystemLike | str | os.PathLike[str]
+"""What every verb accepts where a plant is meant."""
+
+
+def as_plant(given: PlantLike) -> System:
+    """The plant that is meant: by its name in the catalogue, by its file, or as in `as_system`.
+
+    A text that ends in .toml or .json, or is the path of a file, is a file; any other is a name.
+
+    Raises:
+        PlantError: for an unknown name, a file that cannot be read, or a value of another kind.
+    """
+    if not isinstance(given, str | os.PathLike):
+        return as_system(given)
+    path = Path(given)
+    if isinstance(given, os.PathLike) or path.suffix in (".toml", ".json") or path.is_file():
+        return read_system(path)
+    return model(given)
+
+
+@cache
+def model(name: str) -> System:
+    """The plant of that name.
+
+    Raises:
+        PlantError: for an unknown name; near ones are named.
+    """
+    plain = name.replace("-", "_")
+    if plain not in _data():
+        near = get_close_matches(plain, _data(), n=3)
+        hint = f"Did you mean {' or '.join(near)}?" if near else "`ulna models` lists them."
+        raise PlantError(f"plant '{name}'", "no plant of this name is in the catalogue.", hint)
+    return system_from_mapping(_data()[plain], where=plain)

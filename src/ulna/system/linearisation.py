@@ -1,0 +1,84 @@
+"""Exact linearisation of a system at a point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from ulna.base.errors import PlantError
+from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
+from ulna.system.equilibrium_search import equilibrium
+from ulna.system.holder import SystemLike, as_system
+from ulna.system.system import System
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Linearisation:
+    """dx' = A dx + B du, dy = C dx + D du about `point`.
+
+    Attributes:
+        A: (n, n); B: (n, m); C: (p, n); D: (p, m), exact.
+        point: the values put in for states and inputs.
+    """
+
+    system: System
+    point: Mapping[sp.Symbol, sp.Expr]
+    A: sp.ImmutableDenseMatrix
+    B: sp.ImmutableDenseMatrix
+    C: sp.ImmutableDenseMatrix
+    D: sp.ImmutableDenseMatrix
+
+    @property
+    def eigenvalues(self) -> tuple[complex, ...]:
+        """(n,) eigenvalues of A in 1/s, parameters at their values, slowest first.
+
+        Raises:
+            PlantError: where A depends on a parameter without a value, or on a state or input that has none here.
+        """
+        A = self.A.xreplace(self.system.values)
+        if A.free_symbols:
+            names = ", ".join(sorted(s.name for s in A.free_symbols))
+            asked = f"eigenvalues of '{self.system.name}' at a point"
+            raise PlantError(asked, f"no value is given for {names}.", "Give one.")
+        found = np.linalg.eigvals(np.array(A.evalf(), dtype=float).reshape(A.shape))
+        return tuple(complex(v) for v in sorted(found, key=lambda v: (-v.real, v.imag)))
+
+    @property
+    def stable(self) -> bool:
+        """Whether every eigenvalue lies in the open left half-plane (exponential stability)."""
+        return all(v.real < 0 for v in self.eigenvalues)
+
+
+def linearise(system: SystemLike, point: PointLike | None = None) -> Linearisation:
+    """The Jacobians of rates and readouts at a point.
+
+    Args:
+        system: what is linearised; an `Equilibrium` alone stands for its system at that point.
+        point: values by symbol or name, or an equilibrium; what it leaves out stays a symbol. Left out altogether,
+            the operating point.
+
+    Raises:
+        PlantError: for a name that the system does not have.
+    """
+    if point is None:
+        point = system if isinstance(system, Equilibrium) else equilibrium(system)
+    whole = as_system(system)
+    at, x, u = as_point(whole, point), list(whole.state_symbols), list(whole.input_symbols)
+
+    def at_point(expressions: tuple[sp.Expr, ...], by: list[sp.Symbol]) -> sp.ImmutableDenseMatrix:
+        if not by or not expressions:
+            return sp.ImmutableDenseMatrix(sp.zeros(len(expressions), len(by)))
+        return sp.ImmutableDenseMatrix(sp.Matrix(expressions).jacobian(by).subs(at))
+
+    rates, readouts = whole.inline(whole.rates), whole.inline(whole.readouts)
+    return Linearisation(
+        system=whole,
+        point=at,
+        A=at_point(rates, x),
+        B=at_point(rates, u),
+        C=at_point(readouts, x),
+        D=at_point(readouts, u),
+    )
