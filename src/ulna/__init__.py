@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from ulna.design import AbstractGainRule as AbstractGainRule
     from ulna.design import Analysis as Analysis
     from ulna.design import Answer as Answer
-    from ulna.design import ClosedLoop as ClosedLoop
     from ulna.design import Compensator as Compensator
     from ulna.design import Controller as Controller
     from ulna.design import HighGain as HighGain
@@ -116,7 +115,6 @@ _HOME = {
     "Analysis": "ulna.design",
     "Answer": "ulna.design",
     "close_loop": "ulna.design",
-    "ClosedLoop": "ulna.design",
     "Compensator": "ulna.design",
     "compensator": "ulna.design",
     "connect": "ulna.system",

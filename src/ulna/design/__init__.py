@@ -3,7 +3,7 @@
 from ulna.design.analysis.analysis import Analysis, analyse
 from ulna.design.analysis.answer import Answer
 from ulna.design.control.cascade import InnerLoop, close_cascade, inner_loop
-from ulna.design.control.compensator import ClosedLoop, Compensator, close_loop, compensator
+from ulna.design.control.compensator import Compensator, close_loop, compensator
 from ulna.design.control.gains import AbstractGainRule, LinearQuadratic, Poles
 from ulna.design.control.law import Law, state_feedback
 from ulna.design.control.load_robust import LoadRobust, load_robust_compensator
@@ -35,7 +35,6 @@ __all__ = [
     "AbstractGainRule",
     "Analysis",
     "Answer",
-    "ClosedLoop",
     "Compensator",
     "Controller",
     "DynamicExtension",

@@ -4,28 +4,28 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ulna.loop.reading import reading
 from ulna.system import System, connect
 
 
-def closed(plant: System, controller: System) -> System:
+def closed(plant: System, controller: System, *, states_first: bool) -> System:
     """Plant and controller wired by names.
 
-    Inputs are references and disturbances; outputs those of the plant, its driven inputs, then what else the controller
-    shows.
+    Inputs are references and disturbances; outputs those of the plant, its inputs, then what else the controller shows.
     """
-    read = {s.name for s in controller.inputs}
-    own = {s.name for s in plant.outputs}
-    extra = [s for s in plant.states if s.name in read and s.name not in own]
-    measured = replace(
-        plant,
-        outputs=(*plant.outputs, *extra),
-        readouts=(*plant.readouts, *(s.symbol for s in extra)),
-    )
     inputs = {s.name for s in plant.inputs}
     driven = [s.name for s in controller.outputs if s.name in inputs]
-    wires = {f"plant.{name}": f"controller.{name}" for name in driven}
-    wires |= {f"controller.{s.name}": f"plant.{s.name}" for s in measured.outputs if s.name in read}
-    wires |= {f"controller.{name}": f"controller.{name}" for name in driven if name in read}
+    found = {s.name: reading(plant, s.name, states_first=states_first) for s in controller.inputs}
+    # The plant's own input may be read too: it is what the controller says.
+    wires = {f"controller.{name}": f"controller.{name}" for name in driven if name in found and found[name] is None}
+    wires |= {f"controller.{name}": f"plant.{each.signal.name}" for name, each in found.items() if each is not None}
+    wires |= {f"plant.{name}": f"controller.{name}" for name in driven}
+    more = {each.signal.name: each for each in found.values() if each is not None and each.state}
+    measured = replace(
+        plant,
+        outputs=(*plant.outputs, *(each.signal for each in more.values())),
+        readouts=(*plant.readouts, *(each.expression for each in more.values())),
+    )
     return connect(
         {"plant": measured, "controller": controller},
         wires,

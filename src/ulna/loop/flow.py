@@ -106,10 +106,9 @@ def plant_kernels(wiring: Wiring, formulas: Mapping[str, sp.Expr]) -> Hoisted:
     names: dict[sp.Symbol, sp.Symbol] = {}
     for stem, row in rows:
         names |= dict(zip(row, numbered(stem, len(row)), strict=True))
-    inlined = {s.symbol: e for s, e in zip(plant.outputs, plant.inline(plant.readouts), strict=True)}
     outputs = {f"x'{k}": e for k, e in enumerate(plant.inline(plant.rates))}
-    outputs |= {f"y{k}": inlined.get(s.symbol, s.symbol) for k, s in enumerate(wiring.measured)}
-    outputs |= {f"o{k}": inlined[s.symbol] for k, s in enumerate(plant.outputs)}
+    outputs |= {f"y{k}": e for k, e in enumerate(wiring.readings)}
+    outputs |= {f"o{k}": e for k, e in enumerate(plant.inline(plant.readouts))}
     outputs = {label: e.xreplace(given).xreplace(names) for label, e in outputs.items()}
     held = numbered("p", len(plant.parameters))
     symbols = [symbol for symbol in names.values() if symbol not in held]

@@ -123,7 +123,11 @@ class Loop:
                 "its controller runs once a period.",
                 "Leave out the hardware, Loop(plant=..., controller=...).system, or read loop.step and loop.flow.",
             )
-        return self.plant if self.controller is None else closed(self.plant, parts_of(self.controller).system)
+        return self.plant if self.controller is None else self._closed()
+
+    def _closed(self) -> System:
+        parts = parts_of(self.controller)
+        return closed(self.plant, parts.system, states_first=parts.states_first)
 
     @cached_property
     def step(self) -> Step:
@@ -162,6 +166,11 @@ class Loop:
         return self.hardware or Hardware()
 
     def __repr__(self) -> str:
+        if not self.sampled and self.hardware is None:
+            return repr(self.system)
         named = "nothing" if self.controller is None else f"'{self.wiring.name}'"
         parts = f"Loop of '{self.plant.name}' and {named}"
         return parts if self.hardware is None else f"{parts}, period {self.hardware.period} s"
+
+    def _repr_latex_(self) -> str:
+        return self.plant._repr_latex_() if self.sampled else self.system._repr_latex_()

@@ -16,11 +16,13 @@ class Parts:
     Attributes:
         system: the whole. law: what computes the commands; the whole, where there is no observer.
         observer: what estimates, by itself: in a loop with a processor it sees the limited, delayed input.
+        states_first: whether its inputs mean states, where an output of the plant bears the same name.
     """
 
     system: System
     law: System
     observer: System | LinearInjection | None = None
+    states_first: bool = False
 
 
 def parts_of(controller: Any) -> Parts:
@@ -34,7 +36,7 @@ def parts_of(controller: Any) -> Parts:
     whole = _system(controller)
     law, observer = getattr(controller, "law", None), getattr(controller, "observer", None)
     if law is None or observer is None:
-        return Parts(system=whole, law=whole)
+        return Parts(system=whole, law=whole, states_first=bool(getattr(controller, "reads_states", False)))
     linear = observer if isinstance(observer, LinearInjection) else getattr(observer, "linear", None)
     return Parts(system=whole, law=_system(law), observer=_system(observer) if linear is None else linear)
 

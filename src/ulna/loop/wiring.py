@@ -10,6 +10,7 @@ import sympy as sp
 
 from ulna.base import SimulationError
 from ulna.loop.parts import parts_of
+from ulna.loop.reading import reading
 from ulna.program import Hoisted, hoist
 from ulna.symbolic.compiling import kernel
 from ulna.system import LinearInjection, Signal, System
@@ -28,7 +29,7 @@ class Wiring:
     Attributes:
         name: of the law. plant: what is controlled.
         driven: plant inputs that the controller drives. disturbances: the plant's other inputs. measured: what is read
-            from the plant. references: inputs of the controller that nothing in the loop feeds. memory: states of
+            from the plant. readings: of it, in the plant's symbols. references: inputs of the controller that nothing in the loop feeds. memory: states of
             estimator and controller. estimates: what estimator and controller show besides commands.
         observed: how many of the memory belong to the estimator.
         injected: the estimator, where its linear part is known.
@@ -41,6 +42,7 @@ class Wiring:
     driven: tuple[Signal, ...]
     disturbances: tuple[Signal, ...]
     measured: tuple[Signal, ...]
+    readings: tuple[sp.Expr, ...]
     references: tuple[Signal, ...]
     memory: tuple[Signal, ...]
     estimates: tuple[Signal, ...]
@@ -75,7 +77,7 @@ def wire(plant: System, controller: Any) -> Wiring:
             f"none of the outputs {_names(law.outputs)} is an input of the plant.",
             f"The plant's inputs: {_names(plant.inputs)}.",
         )
-    found = _Found(plant=plant, driven=driven)
+    found = _Found(plant=plant, driven=driven, states_first=parts.states_first)
     owners = [law] if observer is None else [observer, law]
     renamed = _renamed(owners)
     estimates: dict[str, tuple[Signal, sp.Expr]] = {}
@@ -106,6 +108,7 @@ def wire(plant: System, controller: Any) -> Wiring:
         driven=driven,
         disturbances=tuple(s for s in plant.inputs if s not in driven),
         measured=tuple(found.measured),
+        readings=tuple(found.readings),
         references=tuple(found.references),
         memory=tuple(s for owner in owners for s in owner.states),
         estimates=tuple(s for s, _ in estimates.values()),
@@ -130,10 +133,12 @@ def _renamed(owners: list[System]) -> list[dict[sp.Symbol, sp.Symbol]]:
 class _Found:
     """Collects what the controller reads while its inputs are looked up."""
 
-    def __init__(self, *, plant: System, driven: tuple[Signal, ...]) -> None:
+    def __init__(self, *, plant: System, driven: tuple[Signal, ...], states_first: bool) -> None:
         self.plant = plant
+        self.states_first = states_first
         self.driven = [s.name for s in driven]
         self.measured: list[Signal] = []
+        self.readings: list[sp.Expr] = []
         self.references: list[Signal] = []
 
     def source(self, wanted: Signal, estimates: Mapping[str, tuple[Signal, sp.Expr]]) -> sp.Expr:
@@ -144,9 +149,11 @@ class _Found:
                 return estimates[label][1]
         if name in self.driven:
             return sp.Symbol(f"u{self.driven.index(name)}", real=True)
-        for signal in (*self.plant.outputs, *self.plant.states):
-            if signal.name == name:
-                return self._place("y", self.measured, signal)
+        found = reading(self.plant, name, states_first=self.states_first)
+        if found is not None:
+            if found.signal.name not in {s.name for s in self.measured}:
+                self.readings.append(found.expression)
+            return self._place("y", self.measured, found.signal)
         return self._place("r", self.references, wanted)
 
     @staticmethod

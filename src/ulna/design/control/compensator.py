@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from ulna.base import DesignError, Verdict
 from ulna.design.control.law import Law
 from ulna.design.observers.observer import Observer
+from ulna.loop import Hardware, Loop
 from ulna.plants import PlantLike, as_plant
-from ulna.system import Signal, System, SystemLike, as_system, connect
+from ulna.system import System, SystemLike, as_system, connect
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,28 +23,6 @@ class Compensator:
 
     law: Law
     observer: Observer
-    system: System
-
-    def __repr__(self) -> str:
-        return repr(self.system)
-
-    def _repr_latex_(self) -> str:
-        return self.system._repr_latex_()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ClosedLoop:
-    """A plant and the controller around it.
-
-    Attributes:
-        plant: what is controlled.
-        controller: a law, a compensator, or any other system that drives the plant's inputs.
-        system: states those of the plant then of the controller; inputs the references (and plant inputs the
-            controller does not drive); outputs those of the plant, its inputs, then what else the controller shows.
-    """
-
-    plant: System
-    controller: SystemLike
     system: System
 
     def __repr__(self) -> str:
@@ -88,65 +67,15 @@ def compensator(law: Law, observer: Observer | SystemLike) -> Compensator:
     return Compensator(law=law, observer=observer, system=whole)
 
 
-def close_loop(plant: PlantLike, controller: SystemLike) -> ClosedLoop:
-    """The closed loop of a plant and a controller, wired by name.
-
-    Each of the controller's inputs is fed by the plant's output of that name, else by its state of that name (a law on
-    measured states takes states first); what is neither is a reference, an input of the loop. Each of its outputs
-    drives the plant's input of that name.
+def close_loop(plant: PlantLike, controller: SystemLike, hardware: Hardware | None = None) -> Loop:
+    """The loop of a plant and a controller, wired by name; see `Loop`.
 
     Args:
-        plant: not necessarily the one designed for.
+        plant: not necessarily the one designed for; a system, a catalogue name or a plant file.
         controller: a law, a compensator, or any system whose outputs bear names of the plant's inputs.
+        hardware: processor, sensors, drive and limits; None for the continuous loop.
 
     Raises:
-        DesignError: if the controller drives none of the plant's inputs.
+        SimulationError: if the controller drives none of the plant's inputs.
     """
-    plant, system = as_plant(plant), as_system(controller)
-    inputs = {s.name for s in plant.inputs}
-    driven = [s.name for s in system.outputs if s.name in inputs]
-    if not driven:
-        raise DesignError(
-            f"closed loop of '{plant.name}'",
-            f"the controller's outputs are {', '.join(s.name for s in system.outputs) or 'none'}, "
-            f"the plant's inputs {', '.join(inputs) or 'none'}.",
-            "Give an output of the controller the name of the input it is to drive.",
-        )
-    measured, wires = _measured(plant, system, states_first=isinstance(controller, Law))
-    wires |= {f"plant.{name}": f"controller.{name}" for name in driven}
-    whole = connect(
-        {"plant": measured, "controller": system},
-        wires,
-        outputs=[
-            *(f"plant.{s.name}" for s in plant.outputs),
-            *(f"plant.{s.name}" for s in plant.inputs),
-            *(f"controller.{s.name}" for s in system.outputs if s.name not in inputs),
-        ],
-        name=f"closed loop of {plant.name}",
-        text="plant with its controller",
-    )
-    return ClosedLoop(plant=plant, controller=controller, system=whole)
-
-
-def _measured(plant: System, controller: System, *, states_first: bool) -> tuple[System, dict[str, str]]:
-    """The plant with the states that the controller reads among its outputs, and the wires to the controller."""
-    outputs = dict(zip((s.name for s in plant.outputs), plant.inline(plant.readouts), strict=True))
-    states = {s.name: s for s in plant.states}
-    wires: dict[str, str] = {}
-    more: list[tuple[Signal, Signal]] = []
-    for name in (s.name for s in controller.inputs):
-        # An observer calls an output so whose own name belongs to a state that it is not.
-        given = name if name in outputs else name.removesuffix("_measured")
-        hidden = states_first and name in states and outputs.get(name) != states[name].symbol
-        if given in outputs and not hidden:
-            wires[f"controller.{name}"] = f"plant.{given}"
-        elif name in states:
-            shown = replace(states[name], name=f"{name}_state") if name in outputs else states[name]
-            more.append((shown, states[name]))
-            wires[f"controller.{name}"] = f"plant.{shown.name}"
-    widened = replace(
-        plant,
-        outputs=(*plant.outputs, *(shown for shown, _ in more)),
-        readouts=(*plant.readouts, *(state.symbol for _, state in more)),
-    )
-    return widened, wires
+    return Loop(plant=as_plant(plant), controller=controller, hardware=hardware)

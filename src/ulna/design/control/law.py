@@ -42,6 +42,11 @@ class Law:
     system: System
 
     @property
+    def reads_states(self) -> bool:
+        """True: in a loop its inputs are states, whatever outputs of the plant are called."""
+        return True
+
+    @property
     def poles(self) -> tuple[complex, ...]:
         """The poles of the chains, in 1/s (parameters need values)."""
         return roots_of(self.polynomials)
