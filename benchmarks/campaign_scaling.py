@@ -25,11 +25,11 @@ from typing import Any
 
 import numpy as np
 from distributed import Client, LocalCluster
+from ulna.campaign.part import experiment_of
 
 import ulna
 from ulna.campaign import CampaignResult, Cluster, Crew, Experiment, Local, Measures, Random, Uniform, campaign
 from ulna.campaign.encoding import to_text
-from ulna.campaign.part import experiment_of
 from ulna.campaign.replay import path
 from ulna.campaign.runs import run_part
 

@@ -13,10 +13,36 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from ulna.base import DesignError as DesignError
+    from ulna.base import FormulaError as FormulaError
+    from ulna.base import NoFormError as NoFormError
+    from ulna.base import NotAffineError as NotAffineError
+    from ulna.base import OptionalDependencyError as OptionalDependencyError
+    from ulna.base import PlantError as PlantError
+    from ulna.base import SimulationError as SimulationError
     from ulna.base import Status as Status
     from ulna.base import UlnaError as UlnaError
     from ulna.base import UlnaWarning as UlnaWarning
+    from ulna.base import UnitError as UnitError
     from ulna.base import Verdict as Verdict
+    from ulna.campaign import CampaignError as CampaignError
+    from ulna.campaign import CampaignResult as CampaignResult
+    from ulna.campaign import Choice as Choice
+    from ulna.campaign import LatinHypercube as LatinHypercube
+    from ulna.campaign import LogUniform as LogUniform
+    from ulna.campaign import Measures as Measures
+    from ulna.campaign import Normal as Normal
+    from ulna.campaign import Random as Random
+    from ulna.campaign import Saltelli as Saltelli
+    from ulna.campaign import Sobol as Sobol
+    from ulna.campaign import Uniform as Uniform
+    from ulna.campaign import grid as grid
+    from ulna.campaign import open_campaign as open_campaign
+    from ulna.campaign import quantiles as quantiles
+    from ulna.campaign import replay as replay
+    from ulna.campaign import sensitivity as sensitivity
+    from ulna.campaign import settled_fraction as settled_fraction
+    from ulna.campaign import worst_cases as worst_cases
     from ulna.design import AbstractGainRule as AbstractGainRule
     from ulna.design import Analysis as Analysis
     from ulna.design import Answer as Answer
@@ -66,6 +92,23 @@ if TYPE_CHECKING:
     from ulna.geometry import observable_decomposition as observable_decomposition
     from ulna.geometry import one_form as one_form
     from ulna.geometry import relative_degree as relative_degree
+    from ulna.loop import TIME as TIME
+    from ulna.loop import Amplifier as Amplifier
+    from ulna.loop import ConditionalIntegration as ConditionalIntegration
+    from ulna.loop import EndStop as EndStop
+    from ulna.loop import Euler as Euler
+    from ulna.loop import ExactHold as ExactHold
+    from ulna.loop import Guard as Guard
+    from ulna.loop import Hardware as Hardware
+    from ulna.loop import Jitter as Jitter
+    from ulna.loop import Loop as Loop
+    from ulna.loop import MeasurementNoise as MeasurementNoise
+    from ulna.loop import MissedSamples as MissedSamples
+    from ulna.loop import Pwm as Pwm
+    from ulna.loop import Quantiser as Quantiser
+    from ulna.loop import RungeKutta4 as RungeKutta4
+    from ulna.loop import Saturation as Saturation
+    from ulna.loop import SlewLimit as SlewLimit
     from ulna.plants import Model as Model
     from ulna.plants import model as model
     from ulna.plants import models as models
@@ -73,20 +116,26 @@ if TYPE_CHECKING:
     from ulna.plot import plot_trajectories as plot_trajectories
     from ulna.plot import plot_trajectory as plot_trajectory
     from ulna.plot import save_figure as save_figure
-    from ulna.sim import TIME as TIME
-    from ulna.sim import Continuous as Continuous
+    from ulna.program import Fused as Fused
+    from ulna.program import Plain as Plain
     from ulna.sim import Crossing as Crossing
-    from ulna.sim import EndStop as EndStop
+    from ulna.sim import Direction as Direction
+    from ulna.sim import Ends as Ends
+    from ulna.sim import Ensemble as Ensemble
     from ulna.sim import Event as Event
+    from ulna.sim import EventKind as EventKind
+    from ulna.sim import Figures as Figures
+    from ulna.sim import FixedSteps as FixedSteps
+    from ulna.sim import Gpu as Gpu
+    from ulna.sim import Held as Held
+    from ulna.sim import Interpolated as Interpolated
     from ulna.sim import Metrics as Metrics
     from ulna.sim import Outcome as Outcome
-    from ulna.sim import Quantiser as Quantiser
-    from ulna.sim import Sampled as Sampled
-    from ulna.sim import Saturation as Saturation
+    from ulna.sim import Paths as Paths
     from ulna.sim import Settling as Settling
+    from ulna.sim import Taylor as Taylor
     from ulna.sim import Trajectory as Trajectory
     from ulna.sim import metrics as metrics
-    from ulna.sim import run_ensemble as run_ensemble
     from ulna.sim import simulate as simulate
     from ulna.sim.python_control import from_control as from_control
     from ulna.sim.python_control import to_control as to_control
@@ -111,14 +160,18 @@ _HOME = {
     "AbstractGainRule": "ulna.design",
     "accessibility": "ulna.geometry",
     "accessible_decomposition": "ulna.geometry",
+    "Amplifier": "ulna.loop",
     "analyse": "ulna.design",
     "Analysis": "ulna.design",
     "Answer": "ulna.design",
+    "CampaignError": "ulna.campaign",
+    "CampaignResult": "ulna.campaign",
+    "Choice": "ulna.campaign",
     "close_loop": "ulna.design",
     "Compensator": "ulna.design",
     "compensator": "ulna.design",
+    "ConditionalIntegration": "ulna.loop",
     "connect": "ulna.system",
-    "Continuous": "ulna.sim",
     "control_affine": "ulna.system",
     "ControlAffine": "ulna.system",
     "Controller": "ulna.design",
@@ -126,28 +179,47 @@ _HOME = {
     "controller_form": "ulna.design",
     "Crossing": "ulna.sim",
     "Definition": "ulna.system",
+    "DesignError": "ulna.base",
     "Diffeomorphism": "ulna.geometry",
+    "Direction": "ulna.sim",
     "Distribution": "ulna.geometry",
     "distribution": "ulna.geometry",
     "dynamic_extension": "ulna.design",
-    "EndStop": "ulna.sim",
+    "Ends": "ulna.sim",
+    "EndStop": "ulna.loop",
+    "Ensemble": "ulna.sim",
     "equilibria": "ulna.system",
     "Equilibria": "ulna.system",
     "equilibrium": "ulna.system",
     "Equilibrium": "ulna.system",
+    "Euler": "ulna.loop",
     "Event": "ulna.sim",
+    "EventKind": "ulna.sim",
     "exact_observer": "ulna.design",
+    "ExactHold": "ulna.loop",
     "extended_kalman_filter": "ulna.design",
+    "Figures": "ulna.sim",
     "first_integrals": "ulna.geometry",
+    "FixedSteps": "ulna.sim",
     "flat_output": "ulna.design",
+    "FormulaError": "ulna.base",
     "from_control": "ulna.sim.python_control",
+    "Fused": "ulna.program",
+    "Gpu": "ulna.sim",
+    "grid": "ulna.campaign",
+    "Guard": "ulna.loop",
+    "Hardware": "ulna.loop",
+    "Held": "ulna.sim",
     "high_gain_observer": "ulna.design",
     "HighGain": "ulna.design",
     "injected_observer": "ulna.design",
     "input_output_form": "ulna.design",
     "integrate": "ulna.geometry",
+    "Interpolated": "ulna.sim",
     "involutive": "ulna.geometry",
+    "Jitter": "ulna.loop",
     "KalmanNoise": "ulna.design",
+    "LatinHypercube": "ulna.campaign",
     "Law": "ulna.design",
     "lie_bracket": "ulna.geometry",
     "lie_derivative": "ulna.geometry",
@@ -155,12 +227,20 @@ _HOME = {
     "linearise": "ulna.system",
     "LinearisingForm": "ulna.design",
     "LinearQuadratic": "ulna.design",
+    "LogUniform": "ulna.campaign",
+    "Loop": "ulna.loop",
+    "MeasurementNoise": "ulna.loop",
+    "Measures": "ulna.campaign",
     "metrics": "ulna.sim",
     "Metrics": "ulna.sim",
+    "MissedSamples": "ulna.loop",
     "Model": "ulna.plants",
     "model": "ulna.plants",
     "models": "ulna.plants",
+    "NoFormError": "ulna.base",
+    "Normal": "ulna.campaign",
     "normal_form": "ulna.design",
+    "NotAffineError": "ulna.base",
     "observability": "ulna.geometry",
     "observable_decomposition": "ulna.geometry",
     "Observer": "ulna.design",
@@ -168,37 +248,55 @@ _HOME = {
     "ObserverForm": "ulna.design",
     "one_form": "ulna.geometry",
     "OneForm": "ulna.geometry",
+    "open_campaign": "ulna.campaign",
+    "OptionalDependencyError": "ulna.base",
     "Outcome": "ulna.sim",
     "Parameter": "ulna.system",
+    "Paths": "ulna.sim",
+    "Plain": "ulna.program",
+    "PlantError": "ulna.base",
     "plot_poles": "ulna.plot",
     "plot_trajectories": "ulna.plot",
     "plot_trajectory": "ulna.plot",
     "Poles": "ulna.design",
-    "Quantiser": "ulna.sim",
+    "Pwm": "ulna.loop",
+    "quantiles": "ulna.campaign",
+    "Quantiser": "ulna.loop",
+    "Random": "ulna.campaign",
     "read_system": "ulna.system",
     "Regulate": "ulna.design",
     "relative_degree": "ulna.geometry",
-    "run_ensemble": "ulna.sim",
-    "Sampled": "ulna.sim",
-    "Saturation": "ulna.sim",
+    "replay": "ulna.campaign",
+    "RungeKutta4": "ulna.loop",
+    "Saltelli": "ulna.campaign",
+    "Saturation": "ulna.loop",
     "save_figure": "ulna.plot",
+    "sensitivity": "ulna.campaign",
     "SetPoint": "ulna.design",
+    "settled_fraction": "ulna.campaign",
     "Settling": "ulna.sim",
     "Signal": "ulna.system",
     "simulate": "ulna.sim",
+    "SimulationError": "ulna.base",
+    "SlewLimit": "ulna.loop",
+    "Sobol": "ulna.campaign",
     "state_feedback": "ulna.design",
     "state_linearisation": "ulna.design",
     "Status": "ulna.base",
     "System": "ulna.system",
     "system_from_mapping": "ulna.system",
-    "TIME": "ulna.sim",
+    "Taylor": "ulna.sim",
+    "TIME": "ulna.loop",
     "to_control": "ulna.sim.python_control",
     "Track": "ulna.design",
     "Trajectory": "ulna.sim",
     "transformed_observer_form": "ulna.design",
     "UlnaError": "ulna.base",
     "UlnaWarning": "ulna.base",
+    "Uniform": "ulna.campaign",
+    "UnitError": "ulna.base",
     "Verdict": "ulna.base",
+    "worst_cases": "ulna.campaign",
     "write_system": "ulna.system",
     "zero_dynamics": "ulna.design",
 }

@@ -121,13 +121,13 @@ def test_quantiles_of_blocks_are_numpys_of_the_whole(values: list[float], size: 
     assert np.array_equal(found, expected, equal_nan=True)
 
 
-def test_answers_do_not_depend_on_the_size_of_the_parts() -> None:
+def test_answers_do_not_depend_on_the_size_of_the_batches() -> None:
     plan = Random(vary={"x": Uniform(low=-1, high=3), "c": Choice(values=(0.0, 1.0))}, runs=200)
-    parts = campaign(RUNAWAY, plan, horizon=6.0, part=17)
-    assert quantiles(parts).equals(quantiles(RUNS))
-    assert worst_cases(parts, "steady_error_y", count=60) == worst_cases(RUNS, "steady_error_y", count=60)
-    assert settled_fraction(parts) == settled_fraction(RUNS)
-    one, other = settled_map(parts, "x", "c"), settled_map(RUNS, "x", "c")
+    cut = campaign(RUNAWAY, plan, horizon=6.0, batch_size=17)
+    assert quantiles(cut).equals(quantiles(RUNS))
+    assert worst_cases(cut, "steady_error_y", count=60) == worst_cases(RUNS, "steady_error_y", count=60)
+    assert settled_fraction(cut) == settled_fraction(RUNS)
+    one, other = settled_map(cut, "x", "c"), settled_map(RUNS, "x", "c")
     assert np.array_equal(one.fraction, other.fraction, equal_nan=True)
     assert np.array_equal(one.x_edges, other.x_edges)
 
@@ -149,8 +149,8 @@ def test_sobol_indices_are_scipys_however_the_runs_are_cut() -> None:
 
     vary = {"x": Uniform(low=0.1, high=0.6), "c": Uniform(low=0.5, high=1.5)}
     found = [
-        sensitivity(campaign(RUNAWAY, Saltelli(vary=vary, base=64), horizon=2.0, part=part), "final_x")
-        for part in (7, 64, 10_000)
+        sensitivity(campaign(RUNAWAY, Saltelli(vary=vary, base=64), horizon=2.0, batch_size=size), "final_x")
+        for size in (7, 64, 10_000)
     ]
     blocks = campaign(RUNAWAY, Saltelli(vary=vary, base=64), horizon=2.0)["final_x"].reshape(4, 1, 64)
     truth = sobol_indices(func={"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}, n=64)

@@ -17,8 +17,8 @@ from campaign_loops import SPRING
 from ulna.campaign import (
     CampaignError,
     CampaignResult,
-    Cluster,
-    Local,
+    DaskWorkers,
+    LocalWorkers,
     Measures,
     Random,
     Uniform,
@@ -73,7 +73,7 @@ def started_scheduler() -> tuple[subprocess.Popen[bytes], str]:
 
 
 def files(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in (folder / "parts").iterdir()}
+    return {path.name: path.read_bytes() for path in (folder / "batches").iterdir()}
 
 
 @pytest.fixture
@@ -95,7 +95,9 @@ def test_workers_give_the_same_bits_and_one_that_is_killed_is_outlived(scheduler
             killed.append(now.done)
 
     try:
-        there = run(crew=Cluster(address=scheduler, timeout=60.0), store=tmp_path / "a", part=4, progress=kill_one)
+        there = run(
+            workers=DaskWorkers(address=scheduler, timeout=60.0), store=tmp_path / "a", batch_size=4, progress=kill_one
+        )
     finally:
         stopped(workers)
     assert killed
@@ -115,8 +117,10 @@ def test_a_scheduler_that_dies_is_one_clear_error_and_the_campaign_goes_on_with_
             process.kill()
 
     try:
-        with pytest.raises(CampaignError, match=r"the scheduler is gone.*parts that are done are safe"):
-            run(crew=Cluster(address=address, timeout=30.0), store=tmp_path / "a", part=4, progress=kill_it)
+        with pytest.raises(CampaignError, match=r"the scheduler is gone.*batches that are done are safe"):
+            run(
+                workers=DaskWorkers(address=address, timeout=30.0), store=tmp_path / "a", batch_size=4, progress=kill_it
+            )
     finally:
         stopped([*workers, process])
     kept = files(tmp_path / "a")
@@ -124,7 +128,7 @@ def test_a_scheduler_that_dies_is_one_clear_error_and_the_campaign_goes_on_with_
     process, address = started_scheduler()
     workers = [worker(address)]
     try:
-        there = run(crew=Cluster(address=address, timeout=60.0), store=tmp_path / "a", part=4)
+        there = run(workers=DaskWorkers(address=address, timeout=60.0), store=tmp_path / "a", batch_size=4)
     finally:
         stopped([*workers, process])
     assert files(tmp_path / "a").items() >= kept.items()
@@ -136,36 +140,36 @@ def test_a_scheduler_that_dies_is_one_clear_error_and_the_campaign_goes_on_with_
 @pytest.mark.slow
 def test_a_scheduler_without_workers_is_one_clear_error(scheduler: str) -> None:
     with pytest.raises(CampaignError, match="no workers for 1 s"):
-        run(crew=Cluster(address=scheduler, timeout=1.0))
+        run(workers=DaskWorkers(address=scheduler, timeout=1.0))
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:{port}", "127.0.0.1:{port}", "tcp://127.0.0.1:99999"])
 def test_an_unreachable_scheduler_is_one_clear_error(address: str, tmp_path: Path) -> None:
     with pytest.raises(CampaignError, match="nothing answers there within 1 s"):
-        run(crew=Cluster(address=address.format(port=free_port()), timeout=1.0), store=tmp_path / "a")
+        run(workers=DaskWorkers(address=address.format(port=free_port()), timeout=1.0), store=tmp_path / "a")
 
 
 @pytest.mark.parametrize("address", ["nonsense://x", "foo", "tcp://", ""])
 def test_what_is_no_address_is_one_clear_error(address: str, tmp_path: Path) -> None:
     with pytest.raises(CampaignError, match=r"this is no address .* Give an address such as tcp"):
-        run(crew=Cluster(address=address, timeout=1.0), store=tmp_path / "a")
+        run(workers=DaskWorkers(address=address, timeout=1.0), store=tmp_path / "a")
 
 
-def test_a_cluster_gets_parts_for_many_workers() -> None:
-    crew = Cluster(address="tcp://127.0.0.1:1")
-    assert crew.part_size(100_000) * 50 < 100_000
-    assert crew.part_size(10**9) == Local().part_size(10**9)
-    assert Local().part_size(3) == 3
+def test_a_cluster_gets_batches_for_many_workers() -> None:
+    workers = DaskWorkers(address="tcp://127.0.0.1:1")
+    assert workers.batch_size(100_000) * 50 < 100_000
+    assert workers.batch_size(10**9) == LocalWorkers().batch_size(10**9)
+    assert LocalWorkers().batch_size(3) == 3
 
 
 @pytest.mark.parametrize(
     "make",
     [
-        Cluster,
-        lambda: Cluster(address="tcp://x", client=3),
-        lambda: Cluster(address="tcp://x", timeout=0.0),
+        DaskWorkers,
+        lambda: DaskWorkers(address="tcp://x", client=3),
+        lambda: DaskWorkers(address="tcp://x", timeout=0.0),
     ],
 )
 def test_a_cluster_that_makes_no_sense_is_refused(make) -> None:
-    with pytest.raises(CampaignError, match="Cluster"):
+    with pytest.raises(CampaignError, match="DaskWorkers"):
         make()

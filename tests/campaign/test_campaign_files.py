@@ -31,23 +31,23 @@ class Watched(Memory):
     def __init__(self, other: Memory) -> None:
         super().__init__(other.manifest)
         self.read: list[tuple[int, int]] = []
-        for span in other.done():
-            self.put(span, other.get(span))
+        for batch in other.done():
+            self.put(batch, other.get(batch))
 
-    def get(self, span: tuple[int, int]) -> bytes:
-        """A part, noted."""
-        self.read.append(span)
-        return super().get(span)
+    def get(self, batch: tuple[int, int]) -> bytes:
+        """A batch, noted."""
+        self.read.append(batch)
+        return super().get(batch)
 
 
 def watched() -> tuple[CampaignResult, Watched]:
-    found = campaign(SPRING, PLAN, MEASURES, horizon=2.0, part=10)
+    found = campaign(SPRING, PLAN, MEASURES, horizon=2.0, batch_size=10)
     assert isinstance(found.store, Memory)
     store = Watched(found.store)
     return CampaignResult(store=store), store
 
 
-def test_a_dataset_reads_only_the_parts_that_are_used() -> None:
+def test_a_dataset_reads_only_the_batches_that_are_used() -> None:
     result, store = watched()
     data = result.to_xarray()
     assert store.read == []
@@ -66,7 +66,7 @@ def test_a_dataset_is_cut_as_arrays_are(key) -> None:
     assert np.array_equal(result.to_xarray()["final_x"][key].values, result["final_x"][key])
 
 
-def test_a_dataset_in_chunks_is_worked_on_part_by_part() -> None:
+def test_a_dataset_in_chunks_is_worked_on_batch_by_batch() -> None:
     pytest.importorskip("dask")
     result, store = watched()
     data = result.to_xarray().chunk(run=20)
@@ -87,11 +87,11 @@ def test_a_file_holds_all_columns_their_units_and_what_repeats_the_campaign(tmp_
         found = from_text(stored.attrs["settings"])
     assert isinstance(found, Experiment)
     again = campaign(
-        found.system,
+        found.loop,
         found.plan,
         found.measures,
         horizon=found.horizon,
-        time=found.time,
+        engine=found.engine,
         initial=found.initial,
         parameters=found.parameters,
         inputs=found.inputs,

@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 import sympy as sp
-from campaign_loops import PLANT, RUNAWAY, SAMPLED, SPRING
+from campaign_loops import RUNAWAY, SAMPLED, SPRING
 
 from ulna.campaign import (
     CampaignError,
     CampaignResult,
     LatinHypercube,
-    Local,
+    LocalWorkers,
     Measures,
     Normal,
     Random,
@@ -22,8 +22,9 @@ from ulna.campaign import (
     grid,
     replay,
 )
-from ulna.campaign.encoding import from_text, to_text
-from ulna.sim import Continuous, Crossing, Sampled, Settling, simulate
+from ulna.campaign.plan import seeds
+from ulna.loop import Loop
+from ulna.sim import TIME, Crossing, FixedSteps, Held, Settling, Taylor, simulate
 
 SPREAD = Random(vary={"x": Uniform(low=-1, high=1), "k": Uniform(low=1, high=9), "r": Uniform(low=-1, high=1)}, runs=70)
 SPRINGS = Measures(outputs=("y",), targets={"y": "r"}, effort=("u",))
@@ -38,20 +39,20 @@ def springs(**how) -> CampaignResult:
 
 def masses(**how) -> CampaignResult:
     measures = Measures(outputs=("x",), targets={"x": "goal"})
-    return campaign(PLANT, MASSES, measures, horizon=2.0, time=SAMPLED, **how)
+    return campaign(SAMPLED, MASSES, measures, horizon=2.0, **how)
 
 
 @pytest.mark.parametrize("make", [springs, masses])
-@pytest.mark.parametrize(("part", "threads"), [(1, 1), (7, 2), (64, 1), (1000, 2)])
-def test_the_size_of_parts_and_the_number_of_threads_change_no_bit(make, part: int, threads: int) -> None:
-    whole, cut = make(), make(part=part, crew=Local(threads=threads))
+@pytest.mark.parametrize(("size", "threads"), [(1, 1), (7, 2), (64, 1), (1000, 2)])
+def test_the_size_of_batches_and_the_number_of_threads_change_no_bit(make, size: int, threads: int) -> None:
+    whole, cut = make(), make(batch_size=size, workers=LocalWorkers(threads=threads))
     for column in whole.columns:
         assert whole[column.name].tobytes() == cut[column.name].tobytes(), column.name
 
 
 @pytest.mark.parametrize("make", [springs, masses])
 def test_a_replayed_run_is_the_stored_one_bit_for_bit(make) -> None:
-    result = make(part=16)
+    result = make(batch_size=16)
     for number in (0, 15, 16, 69):
         again = replay(result, number)
         assert again.identical, again.differing
@@ -82,14 +83,53 @@ def test_figures_are_those_of_single_simulations() -> None:
         assert [run["final_x"], run["final_v"]] == pytest.approx(path.final_state, abs=1e-11)
 
 
-def test_the_path_of_a_sampled_run_ends_where_the_stored_run_ended() -> None:
+def test_a_sampled_run_is_bit_for_bit_what_simulate_gives() -> None:
     result = masses()
-    again = replay(result, 11)
-    assert list(again.trajectory.final_state) == [again.stored["final_x"], again.stored["final_v"]]
+    run = result.run(11)
+    path = simulate(
+        SAMPLED,
+        [run["x"], 0.0],
+        2.0,
+        parameters={"m": run["m"]},
+        inputs={"goal": run["goal"]},
+        seed=int(seeds(MASSES, 11, 12)[0]),
+    )
+    assert list(path.final_state) == [run["final_x"], run["final_v"]]
+    assert list(replay(result, 11).trajectory.final_state) == list(path.final_state)
+
+
+def test_references_that_change_with_time_may_differ_from_run_to_run() -> None:
+    times = np.linspace(0.0, 2.0, 21)
+    rows = np.outer([0.5, -1.0, 2.0], np.minimum(times, 1.0))
+    plan = grid({"m": [1.0, 1.5, 2.0]})
+    given = {"goal": Held(times=times, values=rows)}
+    measures = Measures(outputs=("x",))
+    result = campaign(SAMPLED, plan, measures, horizon=2.0, inputs=given, batch_size=2)
+    for number in range(3):
+        own = {"goal": Held(times=times, values=rows[number])}
+        path = simulate(
+            SAMPLED,
+            [0.0, 0.0],
+            2.0,
+            parameters={"m": result["m"][number]},
+            inputs=own,
+            seed=int(seeds(plan, 0, 3)[number]),
+        )
+        assert result["final_x"][number] == path.final_state[0]
+        assert replay(result, number).identical
+        assert replay(result, number).trajectory.final_state[0] == path.final_state[0]
+
+
+def test_a_target_may_be_the_name_of_whatever_has_one_value() -> None:
+    loop = Loop(plant=SPRING)
+    for name, value in (("x", 0.5), ("d", 2.0), ("k", 4.0), ("r", 0.25)):
+        measures = Measures(outputs=("y",), targets={"y": name})
+        result = campaign(loop, grid({"v": [0.0]}), measures, horizon=1.0, initial={"x": 0.5}, inputs={"r": 0.25})
+        assert result["steady_error_y"][0] == pytest.approx(result["final_x"][0] - value, abs=1e-12), name
 
 
 def test_the_noise_of_each_run_is_its_own() -> None:
-    result = campaign(PLANT, grid({"m": [1.0, 1.0 + 1e-15]}), horizon=2.0, time=SAMPLED, initial={"x": 1.0})
+    result = campaign(SAMPLED, grid({"m": [1.0, 1.0 + 1e-15]}), horizon=2.0, initial={"x": 1.0}, inputs={"goal": 0.0})
     assert abs(np.diff(result["final_v"])[0]) > 1e-6
 
 
@@ -107,56 +147,27 @@ def test_an_output_that_starts_on_its_target_settles_where_it_comes_back() -> No
 
 
 def test_results_are_labelled_with_units_and_values_load_when_used() -> None:
-    data = springs(part=16).to_xarray()
+    data = springs(batch_size=16).to_xarray()
     assert data["final_v"].attrs["units"] == "m/s"
     assert data["k"].attrs["units"] == "1/s^2"
     assert set(data.coords) == {"run", "x", "k", "r"}
     assert not data["final_v"].variable._in_memory
     whole = data["final_v"].values
     for key in (slice(3, 60, 7), slice(None, None, -1), slice(50, 10, -4), 5, [1, 33, 2]):
-        assert np.array_equal(springs(part=16).to_xarray()["final_v"][key].values, whole[key])
+        assert np.array_equal(springs(batch_size=16).to_xarray()["final_v"][key].values, whole[key])
 
 
 def test_tables_and_files_hold_the_same_numbers(tmp_path) -> None:
     import pandas as pd
     import xarray as xr
 
-    result = springs(part=16)
+    result = springs(batch_size=16)
     frame = result.to_pandas()
     read = pd.read_csv(result.to_csv(tmp_path / "runs.csv"), index_col="run")
     pd.testing.assert_frame_equal(read.astype(float), frame.astype(float))
     with xr.open_dataset(result.to_netcdf(tmp_path / "runs.nc"), engine="scipy") as stored:
         assert np.array_equal(stored["peak_u"].values, result["peak_u"])
         assert "settings" in stored.attrs
-
-
-@pytest.mark.parametrize("make", [springs, masses])
-def test_settings_read_back_as_they_were_written(make) -> None:
-    text = make().store.manifest.settings
-    assert to_text(from_text(text)) == text
-
-
-def test_a_formula_that_is_read_in_another_order_keeps_its_meaning() -> None:
-    x, k = sp.symbols("x k", real=True)
-    given = sp.Mul(-1, 5 * x + 6 * sp.Abs(k), evaluate=False)
-    assert sp.expand(from_text(to_text(given)) - given) == 0
-
-
-def test_what_the_formula_language_does_not_know_is_refused() -> None:
-    for given in (sp.gamma(sp.Symbol("x", real=True)), object()):
-        with pytest.raises(CampaignError, match="cannot be stored"):
-            to_text(given)
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["", "[1", '{"type":"os.system"}', '{"type":"Experiment"}', '{"type":"formula","text":"__import__(1)"}', "3"],
-)
-def test_settings_that_are_none_are_refused(text: str) -> None:
-    from ulna.campaign.part import experiment_of
-
-    with pytest.raises(CampaignError, match="settings of a campaign"):
-        experiment_of(text)
 
 
 def plan_of(**vary) -> LatinHypercube:
@@ -175,7 +186,7 @@ ONE = Uniform(low=1, high=2)
         ({"plan": plan_of(u=ONE)}, "no initial state or parameter"),
         ({"horizon": 0.0}, "positive time"),
         ({"horizon": math.nan}, "positive time"),
-        ({"part": 0}, "at least one run"),
+        ({"batch_size": 0}, "at least one run"),
         ({"initial": {"y": 1.0}}, "no initial state"),
         ({"initial": {"x": math.nan}}, "finite"),
         ({"parameters": {"k": 20.0}}, "its range"),
@@ -183,13 +194,30 @@ ONE = Uniform(low=1, high=2)
         ({"inputs": {"q": 1.0}}, "no constant input"),
         ({"measures": Measures(outputs=("x",))}, "no output"),
         ({"measures": Measures(targets={"y": "goal"})}, "target 'goal'"),
-        ({"time": Sampled(controller=SAMPLED.controller, period=9.0)}, "longer than the run"),
+        ({"inputs": {"r": Held(times=np.zeros(1), values=np.ones((1, 1)))}}, "samples for 1 runs, the plan has 4"),
+        ({"engine": FixedSteps()}, "a loop without a processor is run by Taylor"),
     ],
 )
 def test_a_campaign_that_makes_no_sense_is_one_clear_error(arguments: dict, reason: str) -> None:
-    given = {"plan": plan_of(k=ONE), "horizon": 1.0, "measures": None, "time": Continuous()} | arguments
+    given = {"plan": plan_of(k=ONE), "horizon": 1.0, "measures": None} | arguments
     with pytest.raises(CampaignError, match=reason):
         campaign(SPRING, given.pop("plan"), given.pop("measures"), **given)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ({}, "references without a value: goal.*inputs={'goal': ...}"),
+        ({"inputs": {"goal": 0.0}, "horizon": 0.001}, "the period is longer than the run"),
+        ({"inputs": {"goal": 0.0}, "engine": Taylor()}, "a loop with a processor is run by FixedSteps"),
+        ({"inputs": {"goal": 0.0, "u": 1.0}}, "no constant input"),
+        ({"inputs": {"goal": sp.sin(TIME)}, "measures": Measures(targets={"x": "goal"})}, "it changes with time"),
+    ],
+)
+def test_a_sampled_campaign_that_makes_no_sense_is_one_clear_error(arguments: dict, reason: str) -> None:
+    given: dict = {"horizon": 1.0} | arguments
+    with pytest.raises(CampaignError, match=reason):
+        campaign(SAMPLED, plan_of(m=ONE), **given)
 
 
 def test_parameters_without_a_value_are_named() -> None:

@@ -18,16 +18,25 @@ import numpy as np
 import pytest
 from campaign_loops import SPRING
 
-from ulna.campaign import CampaignError, CampaignResult, Local, Measures, Random, Uniform, campaign, open_campaign
-from ulna.campaign.store import MANIFEST, PARTS, locked
-from ulna.sim import Continuous
+from ulna.campaign import (
+    CampaignError,
+    CampaignResult,
+    LocalWorkers,
+    Measures,
+    Random,
+    Uniform,
+    campaign,
+    open_campaign,
+)
+from ulna.campaign.store import BATCHES, MANIFEST, locked
+from ulna.sim import Taylor
 
 PLAN = Random(vary={"x": Uniform(low=-1, high=1), "k": Uniform(low=1, high=9)}, runs=100, seed=5)
 MEASURES = Measures(outputs=("y",), effort=("u",), samples=50)
 
 
 def run(store: Path | None, *, plan: Random = PLAN, **how) -> CampaignResult:
-    return campaign(SPRING, plan, MEASURES, horizon=3.0, store=store, part=how.pop("part", 10), **how)
+    return campaign(SPRING, plan, MEASURES, horizon=3.0, store=store, batch_size=how.pop("batch_size", 10), **how)
 
 
 def same(one: CampaignResult, other: CampaignResult) -> bool:
@@ -40,34 +49,34 @@ def files(folder: Path) -> dict[str, bytes]:
 
 @dataclass(frozen=True)
 class Leaving:
-    """Leaves after some parts, in another order than asked; counts what it was asked for."""
+    """Leaves after some batches, in another order than asked; counts what it was asked for."""
 
-    parts_before: int
+    batches_before: int
     asked: list
 
-    def part_size(self, runs: int) -> int:
+    def batch_size(self, runs: int) -> int:
         return runs
 
-    def parts(self, settings, versions, spans: Iterable) -> Iterator:
-        spans = list(spans)
-        self.asked.append(len(spans))
-        for count, found in enumerate(Local(threads=1).parts(settings, versions, reversed(spans))):
-            if count == self.parts_before:
+    def compute(self, settings, versions, batches: Iterable) -> Iterator:
+        batches = list(batches)
+        self.asked.append(len(batches))
+        for count, found in enumerate(LocalWorkers(threads=1).compute(settings, versions, reversed(batches))):
+            if count == self.batches_before:
                 raise KeyboardInterrupt
             yield found
 
 
 def test_a_campaign_that_was_left_goes_on_with_what_is_missing(tmp_path) -> None:
-    folder, crew = tmp_path / "a", Leaving(4, [])
+    folder, workers = tmp_path / "a", Leaving(4, [])
     with pytest.raises(KeyboardInterrupt):
-        run(folder, crew=crew)
+        run(folder, workers=workers)
     with pytest.raises(CampaignError, match="60 of 100 runs are missing"):
         open_campaign(folder)
     with pytest.raises(KeyboardInterrupt):
-        run(folder, crew=crew)
+        run(folder, workers=workers)
     seen = []
-    result = run(folder, progress=seen.append, part=33)  # the folder's own size of parts counts
-    assert crew.asked == [10, 6]
+    result = run(folder, progress=seen.append, batch_size=33)  # the folder's own size of batches counts
+    assert workers.asked == [10, 6]
     assert [now.done for now in seen] == [80, 90, 100]
     assert seen[-1].fresh == 20
     assert seen[-1].rate > 0
@@ -78,9 +87,9 @@ def test_a_campaign_that_was_left_goes_on_with_what_is_missing(tmp_path) -> None
 
 def test_a_finished_campaign_computes_nothing(tmp_path) -> None:
     run(tmp_path / "a")
-    before, crew = files(tmp_path / "a"), Leaving(0, [])
-    assert same(run(tmp_path / "a", crew=crew), open_campaign(tmp_path / "a"))
-    assert crew.asked == []
+    before, workers = files(tmp_path / "a"), Leaving(0, [])
+    assert same(run(tmp_path / "a", workers=workers), open_campaign(tmp_path / "a"))
+    assert workers.asked == []
     assert files(tmp_path / "a") == before
 
 
@@ -91,7 +100,7 @@ def test_a_finished_campaign_computes_nothing(tmp_path) -> None:
         ({"plan": Random(vary=PLAN.vary, runs=100, seed=6)}, r"plan\.seed \(5, not 6\)"),
         ({"plan": Random(vary={**PLAN.vary, "k": Uniform(low=1, high=8)}, runs=100, seed=5)}, r"plan\.vary"),
         ({"parameters": {"d": 1.0}}, "parameters"),
-        ({"time": Continuous(tolerance=1e-6)}, r"time\.tolerance"),
+        ({"engine": Taylor(tolerance=1e-6)}, r"engine\.tolerance"),
     ],
 )
 def test_a_folder_with_another_campaign_is_refused_and_stays(tmp_path, other: dict, what: str) -> None:
@@ -102,10 +111,10 @@ def test_a_folder_with_another_campaign_is_refused_and_stays(tmp_path, other: di
     assert files(tmp_path / "a") == before
 
 
-def test_a_campaign_of_which_no_part_is_done_gives_way_to_another(tmp_path) -> None:
+def test_a_campaign_of_which_no_batch_is_done_gives_way_to_another(tmp_path) -> None:
     """A first try that failed for its scheduler or for room must not block the folder."""
     with pytest.raises(KeyboardInterrupt):
-        run(tmp_path / "a", crew=Leaving(0, []))
+        run(tmp_path / "a", workers=Leaving(0, []))
     other = Random(vary=PLAN.vary, runs=30, seed=6)
     assert same(run(tmp_path / "a", plan=other), run(None, plan=other))
     assert open_campaign(tmp_path / "a").runs == 30
@@ -132,15 +141,15 @@ def test_a_folder_begun_with_other_libraries_is_refused(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("damage", ["truncated", "altered", "emptied"])
-def test_a_damaged_part_is_noticed_when_read_and_computed_anew_when_resumed(tmp_path, damage: str) -> None:
+def test_a_damaged_batch_is_noticed_when_read_and_computed_anew_when_resumed(tmp_path, damage: str) -> None:
     whole = run(tmp_path / "a")
-    part = sorted((tmp_path / "a" / PARTS).iterdir())[3]
-    data = part.read_bytes()
-    part.write_bytes({"truncated": data[:-9], "altered": data[:-9] + b"x" + data[-8:], "emptied": b""}[damage])
+    file = sorted((tmp_path / "a" / BATCHES).iterdir())[3]
+    data = file.read_bytes()
+    file.write_bytes({"truncated": data[:-9], "altered": data[:-9] + b"x" + data[-8:], "emptied": b""}[damage])
     with pytest.raises(CampaignError, match="truncated or altered"):
         _ = open_campaign(tmp_path / "a")["final_v"]
     assert same(run(tmp_path / "a"), run(None))
-    assert part.read_bytes() == data
+    assert file.read_bytes() == data
     assert whole.runs == 100
 
 
@@ -158,14 +167,14 @@ def test_a_full_disk_is_one_clear_error_and_what_is_there_stays(tmp_path, monkey
 
     def full(handle: int) -> None:
         written.append(handle)
-        if len(written) > 7:  # twice for the manifest, then once for each part
+        if len(written) > 7:  # twice for the manifest, then once for each batch
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with monkeypatch.context() as patch:
         patch.setattr("ulna.campaign.store.os.fsync", full)
         with pytest.raises(CampaignError, match="no space left on device; 50 of 100 runs are safe"):
             run(tmp_path / "a")
-    assert not list((tmp_path / "a" / PARTS).glob(".*"))
+    assert not list((tmp_path / "a" / BATCHES).glob(".*"))
     assert same(run(tmp_path / "a"), run(None))
 
 
@@ -189,7 +198,7 @@ def test_a_second_process_on_the_same_folder_is_refused(tmp_path) -> None:
 
 def test_leftovers_of_a_killed_process_are_swept_away(tmp_path) -> None:
     run(tmp_path / "a")
-    leftover = tmp_path / "a" / PARTS / f".{'0' * 32}.part"
+    leftover = tmp_path / "a" / BATCHES / f".{'0' * 32}.part"
     leftover.write_bytes(b"half")
     run(tmp_path / "a")
     assert not leftover.exists()
@@ -203,7 +212,8 @@ from campaign_loops import SPRING
 from ulna.campaign import *
 plan = Random(vary={"x": Uniform(low=-1, high=1), "k": Uniform(low=1, high=9)}, runs=400, seed=5)
 print("begun", flush=True)
-campaign(SPRING, plan, Measures(outputs=("y",), effort=("u",), samples=50), horizon=3.0, store=sys.argv[1], part=1)
+measures = Measures(outputs=("y",), effort=("u",), samples=50)
+campaign(SPRING, plan, measures, horizon=3.0, store=sys.argv[1], batch_size=1)
 print("done", flush=True)
 """
 
@@ -217,7 +227,7 @@ def started(folder: Path, **how) -> subprocess.Popen[str]:
 @pytest.mark.slow
 def test_killed_again_and_again_it_ends_with_what_an_undisturbed_one_has(tmp_path) -> None:
     random = np.random.default_rng(1)
-    undisturbed = run(None, plan=Random(vary=PLAN.vary, runs=400, seed=5), part=50)
+    undisturbed = run(None, plan=Random(vary=PLAN.vary, runs=400, seed=5), batch_size=50)
     kills, grown = 0, [0]
     while True:
         process = started(tmp_path / "a")
@@ -226,13 +236,13 @@ def test_killed_again_and_again_it_ends_with_what_an_undisturbed_one_has(tmp_pat
         # It writes one run after the other: killed while it computes, while it writes, or between.
         before = grown[-1]
         until = time.monotonic() + 60
-        while len(list((tmp_path / "a").glob(f"{PARTS}/[0-9]*"))) < min(400, before + 110) and process.poll() is None:
+        while len(list((tmp_path / "a").glob(f"{BATCHES}/[0-9]*"))) < min(400, before + 110) and process.poll() is None:
             assert time.monotonic() < until
             time.sleep(0.002)
         time.sleep(random.uniform(0, 0.05))
         process.send_signal(signal.SIGKILL)
         said = process.communicate()[0]
-        grown.append(len(list((tmp_path / "a" / PARTS).glob("[0-9]*"))))
+        grown.append(len(list((tmp_path / "a" / BATCHES).glob("[0-9]*"))))
         if said == "done\n":
             break
         kills += 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from ulna.sim import MeasurementNoise, Quantiser, Sampled, Saturation
+from ulna.loop import Hardware, Loop, MeasurementNoise, Quantiser, Saturation
 from ulna.system import Signal, System, system_from_mapping
 
 SPRING = system_from_mapping(
@@ -49,12 +49,14 @@ def _law() -> System:
     )
 
 
-SAMPLED = Sampled(
+SAMPLED = Loop(
+    plant=PLANT,
     controller=_law(),
-    period=0.01,
-    saturation=Saturation(lower=-3.0, upper=3.0),
-    sensors={"x": Quantiser(step=0.001)},
-    noise={"v": MeasurementNoise(std=0.01)},
-    references={"goal": 0.0},
+    hardware=Hardware(
+        period=0.01,
+        saturation=Saturation(lower=-3.0, upper=3.0),
+        sensors={"x": Quantiser(step=0.001)},
+        noise={"v": MeasurementNoise(std=0.01)},
+    ),
 )
-"""A law on measured states with steps, noise and limits, for `PLANT`."""
+"""A law on measured states with steps, noise and limits, around `PLANT`; its reference is `goal`."""

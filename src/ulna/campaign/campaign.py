@@ -4,43 +4,26 @@ from __future__ import annotations
 
 import os
 import shutil
-import time as clock
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Any
 
-from ulna.campaign.crew import Crew, Local
+from ulna.campaign.batch import experiment_of, versions
 from ulna.campaign.encoding import to_text
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.experiment import Experiment
 from ulna.campaign.grid import Grid
 from ulna.campaign.measures import Measures
-from ulna.campaign.part import experiment_of, versions
 from ulna.campaign.result import CampaignResult
 from ulna.campaign.runs import columns
 from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
 from ulna.campaign.store import Folder, Manifest, Memory, claimed
-from ulna.sim import Continuous
-from ulna.sim.sampled import Sampled
-from ulna.system import System, equilibrium
-
-CONTINUOUS = Continuous()
-
-
-@runtime_checkable
-class Loop(Protocol):
-    """A plant and what was made of it with a controller: `ulna.design.ClosedLoop`."""
-
-    @property
-    def plant(self) -> System:
-        """What is controlled."""
-        ...
-
-    @property
-    def system(self) -> System:
-        """The whole loop."""
-        ...
+from ulna.campaign.workers import LocalWorkers, Workers
+from ulna.loop import Loop
+from ulna.sim import Constant, FixedSteps, Taylor
+from ulna.system import System, as_system, equilibrium
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,119 +42,131 @@ class Progress:
 
     @property
     def time_left(self) -> float:
-        """s until the end at this rate; infinite before the first part."""
+        """s until the end at this rate; infinite before the first batch."""
         return (self.total - self.done) / self.rate if self.rate > 0 else float("inf")
 
 
 def campaign(
-    loop: Loop | System,
+    loop: Any,
     plan: Grid | LatinHypercube | Sobol | Random | Saltelli,
     measures: Measures | None = None,
     *,
     horizon: float,
-    time: Continuous | Sampled = CONTINUOUS,
+    engine: Taylor | FixedSteps | None = None,
     initial: Mapping[str, float] | None = None,
     parameters: Mapping[str, float] | None = None,
-    inputs: Mapping[str, float] | None = None,
+    inputs: Mapping[str, Any] | None = None,
     store: str | os.PathLike[str] | None = None,
-    part: int | None = None,
-    crew: Crew | None = None,
+    batch_size: int | None = None,
+    workers: Workers | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> CampaignResult:
     """All runs of the plan, each reduced to its figures.
 
-    Run k depends on the loop, the plan and k alone: neither on `part` nor on who computes it. Killed at any moment
-    and called again with the same arguments, it goes on with what is missing. A run that blows up is one result.
+    Run k depends on the loop, the plan and k alone: neither on `batch_size` nor on who computes it. Killed at any
+    moment and called again with the same arguments, it goes on with what is missing. A run that blows up is one result.
 
     Args:
-        loop: with `Continuous` a closed loop (or any system), with `Sampled` the plant.
-        plan: what varies: initial states, parameters, constant inputs and references, by name.
-        measures: what is kept; of a `Loop` by default how the plant's outputs settle (at a set point
-            `<output>_ref`, else at the operating point) and the peaks of its inputs.
+        loop: a `Loop`, a closed loop, a `System`, or what has one as its `.system`.
+        plan: what varies: initial states, parameters, constant references and disturbances, by name.
+        measures: what is kept; by default, of a loop, how the plant's outputs settle (at a constant reference
+            `<output>_ref`, else at the operating point) and the effort on its inputs.
         horizon: length of each run, s.
-        time: how time passes.
+        engine: `FixedSteps(...)` of a loop with a processor, else `Taylor(...)`.
         initial: SI values of states that do not vary; others start at 0.
         parameters: SI values in place of the loop's own.
-        inputs: constant inputs in SI, set points among them; others are 0.
+        inputs: references and disturbances that do not vary, as `simulate` takes them; disturbances left out are 0.
         store: folder for the results; without one they are kept in memory.
-        part: runs that are computed, stored and, after an interruption, repeated together; by default the crew knows.
-        crew: who computes: `Local()` or `Cluster(address=...)`.
-        progress: is told after every part.
+        batch_size: runs that are computed, stored and, after an interruption, repeated together; by default what suits
+            the workers.
+        workers: who computes: `LocalWorkers()` or `DaskWorkers(address=...)`.
+        progress: is told after every batch.
 
     Raises:
-        CampaignError: unknown names, values out of bounds, a folder that holds something else, a full disk, a
-            scheduler that does not answer.
+        CampaignError: unknown names, values out of bounds, a reference without a value, a folder that holds something
+            else, a full disk, a scheduler that does not answer.
         SimulationError: settings of the loop that contradict each other.
 
     Example:
         >>> campaign(loop, Random(vary={"m2": Uniform(low=0, high=5)}, runs=10_000), horizon=5)  # doctest: +SKIP
     """
-    if part is not None and part < 1:
-        raise CampaignError(f"campaign(part={part})", "a part has at least one run.")
-    system = loop.system if isinstance(loop, Loop) else loop
+    if batch_size is not None and batch_size < 1:
+        raise CampaignError(f"campaign(batch_size={batch_size})", "a batch has at least one run.")
+    subject = _loop(loop)
     experiment = Experiment(
-        system=system,
+        loop=subject,
         horizon=float(horizon),
-        time=time,
+        engine=engine,
         plan=plan,
         initial=dict(initial or {}),
         parameters=dict(parameters or {}),
         inputs=dict(inputs or {}),
-        measures=measures or _measures(loop, time),
+        measures=measures or _measures(subject, inputs or {}),
     )
-    crew = crew or Local()
-    size = part or crew.part_size(plan.count)
-    manifest = Manifest(settings=to_text(experiment), versions=versions(), runs=plan.count, size=size)
+    workers = workers or LocalWorkers()
+    manifest = Manifest(
+        settings=to_text(experiment),
+        versions=versions(),
+        runs=plan.count,
+        batch_size=batch_size or workers.batch_size(plan.count),
+    )
     # From here on the text alone counts: it is what workers and a later replay read.
     experiment = experiment_of(manifest.settings)
     if store is None:
         memory = Memory(manifest)
-        _work(memory, crew, progress)
+        _work(memory, workers, progress)
         return CampaignResult(store=memory)
     with claimed(Path(store), manifest) as folder:
         folder.drop_damaged()
         _check_room(folder, experiment)
-        _work(folder, crew, progress)
+        _work(folder, workers, progress)
     return CampaignResult(store=folder)
 
 
-def _work(store: Folder | Memory, crew: Crew, progress: Callable[[Progress], None] | None) -> None:
+def _work(store: Folder | Memory, workers: Workers, progress: Callable[[Progress], None] | None) -> None:
     manifest = store.manifest
     there = store.done()
-    missing = [span for span in manifest.spans if span not in there]
+    missing = [batch for batch in manifest.batches if batch not in there]
     done = sum(last - first for first, last in there)
-    begun, before = clock.monotonic(), done
+    begun, before = time.monotonic(), done
 
     def tell() -> None:
         if progress is not None:
-            progress(Progress(done=done, total=manifest.runs, fresh=done - before, seconds=clock.monotonic() - begun))
+            progress(Progress(done=done, total=manifest.runs, fresh=done - before, seconds=time.monotonic() - begun))
 
     tell()
     if not missing:
         return
-    for span, data in crew.parts(manifest.settings, manifest.versions, missing):
-        store.put(span, data)
-        done += span[1] - span[0]
+    for batch, data in workers.compute(manifest.settings, manifest.versions, missing):
+        store.put(batch, data)
+        done += batch[1] - batch[0]
         tell()
 
 
-def _measures(loop: Loop | System, time: Continuous | Sampled) -> Measures:
-    if isinstance(loop, Loop):
-        shown = {s.name for s in loop.system.outputs}
-        outputs = tuple(s.name for s in loop.plant.outputs if s.name in shown)
-        return Measures(
-            outputs=outputs,
-            effort=tuple(s.name for s in loop.plant.inputs if s.name in shown),
-            targets=_targets(loop.plant, outputs, {s.name for s in loop.system.inputs}),
-        )
-    if isinstance(time, Sampled):
-        constant = {name for name, value in time.references.items() if isinstance(value, int | float)}
-        return Measures(targets=_targets(loop, tuple(s.name for s in loop.outputs), constant))
-    return Measures()
+def _loop(given: Any) -> Loop:
+    """The loop that is meant; a closed loop brings its plant and controller, any other system is one without."""
+    if isinstance(given, Loop):
+        return given
+    plant, controller = getattr(given, "plant", None), getattr(given, "controller", None)
+    if isinstance(plant, System) and controller is not None:
+        return Loop(plant=plant, controller=controller)
+    return Loop(plant=as_system(given))
+
+
+def _measures(loop: Loop, inputs: Mapping[str, Any]) -> Measures:
+    if loop.controller is None:
+        return Measures()
+    outputs = tuple(s.name for s in loop.plant.outputs)
+    constant = {s.name for s in loop.references if isinstance(inputs.get(s.name, 0.0), int | float | Constant)}
+    return Measures(
+        outputs=outputs,
+        effort=() if loop.sampled else tuple(s.name for s in loop.wiring.driven),
+        targets=_targets(loop.plant, outputs, constant),
+    )
 
 
 def _targets(plant: System, outputs: tuple[str, ...], references: set[str]) -> dict[str, float | str]:
-    """Where outputs should end: at their set point, else where the plant rests at its operating point."""
+    """Where outputs should end: at their reference, else where the plant rests at its operating point."""
     valued = plant.with_values()
     point = equilibrium(valued)
     readouts = dict(zip((s.name for s in plant.outputs), valued.inline(valued.readouts), strict=True))

@@ -17,7 +17,7 @@ from ulna.campaign.store import Manifest
 
 
 class StoredColumn(BackendArray):
-    """One column over all runs, read part by part.
+    """One column over all runs, read batch by batch.
 
     Args:
         result: of the campaign.

@@ -19,6 +19,8 @@ import sympy as sp
 
 from ulna.base import UlnaError
 from ulna.campaign.errors import CampaignError
+from ulna.loop import Loop
+from ulna.program import Precision
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.formulas.parse import parse_formula
 from ulna.symbolic.formulas.text import formula
@@ -28,10 +30,10 @@ TYPE = "type"
 # The last ones import this module: they are looked up when they are needed.
 _HOMES = (
     "ulna.sim",
-    "ulna.sim.sampled",
+    "ulna.loop",
     "ulna.system",
-    "ulna.system.linear_injection",
-    "ulna.campaign.distributions",
+    "ulna.program.arithmetic",
+    "ulna.campaign.probability",
     "ulna.campaign.grid",
     "ulna.campaign.sampling",
     "ulna.campaign.measures",
@@ -75,6 +77,8 @@ def known_types() -> Mapping[str, type]:
 
 def _encoded(value: Any) -> Any:
     match value:
+        case Precision():
+            return {TYPE: "Precision", "value": value.value}
         case None | bool() | str():
             return value
         case float():
@@ -93,16 +97,27 @@ def _encoded(value: Any) -> Any:
             written = {TYPE: "formula", "text": formula(value), "symbols": symbols}
             _check_meaning(value, written)
             return written
+    return _composed(value)
+
+
+def _composed(value: Any) -> Any:
+    match value:
         case Mapping():
             return {TYPE: "map", "entries": [[str(k), _encoded(v)] for k, v in value.items()]}
         case list() | tuple():
             return [_encoded(v) for v in value]
+        case Loop():
+            # A law or compensator is stored as the systems that it is made of.
+            parts = value.parts
+            controller = parts.system if parts is not None and parts.law is parts.system else parts
+            shown = {"plant": value.plant, "controller": controller, "hardware": value.hardware}
+            return {TYPE: "Loop", **{name: _encoded(each) for name, each in shown.items()}}
     name = type(value).__name__
     if known_types().get(name) is not type(value):
         raise CampaignError(
             f"a {name} in the settings of a campaign",
             "it cannot be stored.",
-            "Use ulna's own plans, distributions, inputs and time settings.",
+            "Use ulna's own plans, distributions, inputs, hardware and engines.",
         )
     return {TYPE: name, **{f.name: _encoded(getattr(value, f.name)) for f in fields(value) if f.init}}
 
@@ -132,6 +147,8 @@ def _decoded(data: Any) -> Any:
         case "formula":
             symbols = {name: sp.Symbol(name, real=True) for name in data["symbols"]}
             return parse_formula(data["text"], symbols, where="settings of a campaign")
+        case "Precision":
+            return Precision(data["value"])
         case "map":
             return {key: _decoded(value) for key, value in data["entries"]}
     kind = known_types()[data[TYPE]]

@@ -10,14 +10,19 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.grid import Grid
 from ulna.campaign.measures import Measures
+from ulna.campaign.plan import seeds
 from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
-from ulna.sim import Continuous
-from ulna.sim.sampled import Sampled
+from ulna.loop import Loop
+from ulna.sim import Constant, FixedSteps, Taylor, as_input
 from ulna.system import System, to_si
+
+RESULT_COLUMNS = ("run", "outcome", "settled", "end_time")
+"""Names that no varied quantity may bear."""
 
 
 class Role(Enum):
@@ -26,7 +31,6 @@ class Role(Enum):
     INITIAL = "initial state"
     PARAMETER = "parameter"
     INPUT = "constant input"
-    REFERENCE = "reference"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -34,37 +38,38 @@ class Experiment:
     """A loop, how it is run, what varies and what is kept. Run k is a pure function of this value and k.
 
     Attributes:
-        system: a whole closed loop with `Continuous`, the plant with `Sampled`.
+        loop: plant, controller and hardware; a system by itself is a loop without a controller.
         horizon: length of each run, s.
-        time: how time passes.
         plan: what varies.
+        engine: how it is run; by default `FixedSteps()` with a processor, else `Taylor()`.
         initial: SI values of states that do not vary; others start at 0.
-        parameters: SI values in place of the system's own.
-        inputs: constant inputs, SI; others are 0.
+        parameters: SI values in place of the loop's own.
+        inputs: references and disturbances that do not vary, as `simulate` takes them; of samples with a row for each
+            run, run k has row k. Disturbances left out are 0.
         measures: what is kept of every run.
 
     Raises:
-        CampaignError: names that nothing bears, values out of a parameter's bounds, a horizon that is no time.
+        CampaignError: names that nothing bears, values out of a parameter's bounds, a reference without a value, a
+            horizon that is no time, an engine that does not fit the loop.
     """
 
-    system: System
+    loop: Loop
     horizon: float
-    time: Continuous | Sampled
     plan: Grid | LatinHypercube | Sobol | Random | Saltelli
+    engine: Taylor | FixedSteps | None = None
     initial: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
-    inputs: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)
     measures: Measures = field(default_factory=Measures)
 
     def __post_init__(self) -> None:
         if not 0 < self.horizon < math.inf:
             raise CampaignError("horizon of a campaign", f"{self.horizon} is not a positive time in s.")
-        if isinstance(self.time, Sampled) and self.time.period > self.horizon:
-            raise CampaignError(
-                f"Sampled(period={self.time.period:g})",
-                f"the period is longer than the run of {self.horizon:g} s.",
-                "Run longer or sample faster.",
-            )
+        if self.engine is None:
+            object.__setattr__(self, "engine", FixedSteps() if self.loop.sampled else Taylor())
+        times = np.array([0.0, self.horizon])
+        object.__setattr__(self, "inputs", {name: as_input(name, v, times) for name, v in self.inputs.items()})
+        _check_hardware(self)
         self._check_names()
         for name in self.plan.names:
             if self.role(name) is Role.PARAMETER:
@@ -73,84 +78,110 @@ class Experiment:
             self._check_bounds(name, value, value)
         _check_valued(self)
 
+    @property
+    def system(self) -> System:
+        """Whose states are initial values and whose outputs are looked at: the plant of a loop with a processor."""
+        return self.loop.plant if self.loop.sampled else self.loop.system
+
     def role(self, name: str) -> Role:
         """What a varied name is.
 
         Raises:
             CampaignError: where nothing bears it.
         """
-        for role, names in self._known().items():
+        known = self._known()
+        for role, names in known.items():
             if name in names:
                 return role
-        raise _unknown(f"'{name}' in the plan", name, self._known())
+        raise _unknown(f"'{name}' in the plan", name, known)
 
-    def arguments(self, first: int, last: int) -> dict[str, Any]:
-        """What the runs first ≤ k < last start from: `initial` (N, n), and (N,) arrays by name for what varies."""
-        system, count = self.system, last - first
+    def arguments(self, first: int, last: int) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """(what varies by name, what `simulate` takes by keyword) of the runs first ≤ k < last; arrays are (N,)."""
         varied = self.plan.values(first, last)
-        initial = np.zeros((count, len(system.states)))
         tables: dict[Role, dict[str, Any]] = {
-            Role.PARAMETER: dict(self.parameters), Role.INPUT: dict(self.inputs), Role.REFERENCE: {}
-        }  # fmt: skip
-        for column, signal in enumerate(system.states):
-            initial[:, column] = varied.get(signal.name, self.initial.get(signal.name, 0.0))
+            Role.INITIAL: dict.fromkeys((s.name for s in self.system.states), 0.0) | dict(self.initial),
+            Role.PARAMETER: dict(self.parameters),
+            Role.INPUT: {name: _rows(given, first, last) for name, given in self.inputs.items()},
+        }
         for name, values in varied.items():
-            role = self.role(name)
-            if role is not Role.INITIAL:
-                tables[role][name] = values
-        return {
-            "initial": initial,
+            tables[self.role(name)][name] = values
+        return varied, {
+            "initial": tables[Role.INITIAL],
             "parameters": tables[Role.PARAMETER],
             "inputs": tables[Role.INPUT],
-            "references": tables[Role.REFERENCE],
-            "targets": {name: self._target(given, varied) for name, given in self.measures.targets.items()},
-            "varied": varied,
+            "targets": {name: self._target(given, tables) for name, given in self.measures.targets.items()},
+            "seed": seeds(self.plan, first, last),
         }
 
-    def _target(self, given: float | str, varied: Mapping[str, np.ndarray]) -> Any:
+    def _target(self, given: float | str, tables: Mapping[Role, Mapping[str, Any]]) -> Any:
         if not isinstance(given, str):
             return float(given)
-        if given in varied:
-            return varied[given]
-        return float(self.inputs.get(given, _references(self).get(given, 0.0)))
+        value: Any = tables[self.role(given)].get(given)
+        if value is None:
+            # Of a parameter its own value; an input that is left out is 0.
+            value = next((p.si_value for p in self.system.parameters if p.name == given), 0.0)
+        return float(value) if isinstance(value, sp.Expr) else getattr(value, "value", value)
 
     def _known(self) -> dict[Role, list[str]]:
-        system = self.system
+        loop = self.loop
+        begun = [s.name for s in self.system.states]
+        if loop.sampled:
+            shown = () if loop.wiring.injected is None else loop.wiring.injected.system.outputs
+            begun += [s.name for s in (*loop.wiring.memory, *shown, *loop.wiring.driven)]
         return {
-            Role.INITIAL: [s.name for s in system.states],
-            Role.PARAMETER: [p.name for p in system.parameters],
-            Role.INPUT: _free_inputs(self),
-            Role.REFERENCE: list(_references(self)),
+            Role.INITIAL: begun,
+            Role.PARAMETER: [p.name for p in self.system.parameters],
+            Role.INPUT: [s.name for s in (*loop.disturbances, *loop.references)],
         }
 
     def _check_names(self) -> None:
         known = self._known()
-        for what, given, role in (
-            ("initial state", self.initial, Role.INITIAL),
-            ("parameter", self.parameters, Role.PARAMETER),
-            ("input", self.inputs, Role.INPUT),
+        loop = self.loop
+        # Not varied: of the controller, all runs have the same parameters, and noise has samples.
+        further = {
+            Role.PARAMETER: [name for name, _ in loop.wiring.parameters] if loop.sampled else [],
+            Role.INPUT: [f"{s.name}_noise" for s in loop.wiring.measured] if loop.sampled else [],
+        }
+        for role, given in (
+            (Role.INITIAL, self.initial),
+            (Role.PARAMETER, self.parameters),
+            (Role.INPUT, self.inputs),
         ):
             for name, value in given.items():
-                if name not in known[role]:
-                    raise _unknown(f"{what} '{name}'", name, {role: known[role]})
-                if not math.isfinite(value):
-                    raise CampaignError(f"{what} '{name}'", f"its value is {value}.", "Give a finite number.")
+                if name not in (*known[role], *further.get(role, ())):
+                    raise _unknown(f"{role.value} '{name}'", name, {role: known[role]})
+                if role is not Role.INPUT and not math.isfinite(value):
+                    raise CampaignError(f"{role.value} '{name}'", f"its value is {value}.", "Give a finite number.")
+                rows = np.shape(getattr(value, "values", 0.0))[:-1]
+                if rows and rows != (self.plan.count,):
+                    raise CampaignError(
+                        f"input '{name}'", f"it has samples for {rows[0]} runs, the plan has {self.plan.count}."
+                    )
         for name in self.plan.names:
             self.role(name)
-            if name in ("run", "outcome", "settled", "end_time"):
+            if name in RESULT_COLUMNS:
                 raise CampaignError(f"'{name}' in the plan", "results have a column of this name.", "Rename it.")
+        self._check_measures(known)
+
+    def _check_measures(self, known: dict[Role, list[str]]) -> None:
         outputs = [s.name for s in self.system.outputs]
         for name in (*self.measures.outputs, *self.measures.targets, *self.measures.effort):
             if name not in outputs:
                 raise _unknown(f"'{name}' in Measures", name, {"output": outputs})
         for name, given in self.measures.targets.items():
-            if isinstance(given, str):
-                everything = [n for names in known.values() for n in names]
-                if given not in everything:
-                    raise _unknown(f"target '{given}' of '{name}'", given, known)
+            if not isinstance(given, str):
+                continue
+            if given not in [n for names in known.values() for n in names]:
+                raise _unknown(f"target '{given}' of '{name}'", given, known)
+            if not isinstance(self.inputs.get(given, Constant(value=0.0)), Constant):
+                raise CampaignError(
+                    f"target '{given}' of '{name}'", "it changes with time.", "Give the number that it ends at."
+                )
 
     def _check_bounds(self, name: str, low: float, high: float) -> None:
-        parameter = next(p for p in self.system.parameters if p.name == name)
+        parameter = next((p for p in self.system.parameters if p.name == name), None)
+        if parameter is None:
+            return
         least = -math.inf if parameter.lower is None else float(to_si(parameter.lower, parameter.unit))
         most = math.inf if parameter.upper is None else float(to_si(parameter.upper, parameter.unit))
         if low < least or high > most:
@@ -161,29 +192,47 @@ class Experiment:
             )
 
 
-def _free_inputs(experiment: Experiment) -> list[str]:
-    """Inputs of the system that no controller drives."""
-    return [s.name for s in experiment.system.inputs if not _drives(experiment, s.name)]
+def _rows(given: Any, first: int, last: int) -> Any:
+    """Of samples with a row for each run the rows of these runs."""
+    if np.ndim(getattr(given, "values", 0.0)) < 2:
+        return given
+    return type(given).known(times=given.times, values=given.values[first:last])
 
 
-def _drives(experiment: Experiment, name: str) -> bool:
-    time = experiment.time
-    return isinstance(time, Sampled) and name in {s.name for s in time.controller.outputs}
-
-
-def _references(experiment: Experiment) -> Mapping[str, Any]:
-    return experiment.time.references if isinstance(experiment.time, Sampled) else {}
+def _check_hardware(experiment: Experiment) -> None:
+    """Refuse a processor that never runs, and the engine of the other kind of loop."""
+    loop = experiment.loop
+    if isinstance(experiment.engine, FixedSteps) is not loop.sampled:
+        fitting = "FixedSteps" if loop.sampled else "Taylor"
+        raise CampaignError(
+            f"a campaign with engine={type(experiment.engine).__name__}(...)",
+            f"a loop {'with' if loop.sampled else 'without'} a processor is run by {fitting}.",
+            f"Give engine={fitting}(...), or leave it out.",
+        )
+    period = loop.hardware.period if loop.hardware is not None else None
+    if period is not None and period > experiment.horizon:
+        raise CampaignError(
+            f"Hardware(period={period:g})",
+            f"the period is longer than the run of {experiment.horizon:g} s.",
+            "Run longer or sample faster.",
+        )
 
 
 def _check_valued(experiment: Experiment) -> None:
-    given = {*experiment.parameters, *experiment.plan.names}
-    missing = [p.name for p in experiment.system.parameters if p.value is None and p.name not in given]
+    """Refuse parameters and references without a value."""
+    varied, what = experiment.plan.names, f"campaign with '{experiment.system.name}'"
+    missing = [
+        p.name
+        for p in experiment.system.parameters
+        if p.value is None and p.name not in (*experiment.parameters, *varied)
+    ]
     if missing:
-        raise CampaignError(
-            f"campaign with '{experiment.system.name}'",
-            f"parameters without a value: {', '.join(missing)}.",
-            f"Give them: parameters={{'{missing[0]}': ...}}, or vary them.",
-        )
+        found = f"parameters without a value: {', '.join(missing)}."
+        raise CampaignError(what, found, f"Give them: parameters={{'{missing[0]}': ...}}, or vary them.")
+    missing = [s.name for s in experiment.loop.references if s.name not in (*experiment.inputs, *varied)]
+    if missing:
+        found = f"references without a value: {', '.join(missing)}."
+        raise CampaignError(what, found, f"Give them: inputs={{'{missing[0]}': ...}}, or vary them.")
 
 
 def _unknown(asked: str, name: str, known: Mapping[Any, list[str]]) -> CampaignError:

@@ -7,9 +7,9 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from ulna.campaign.distributions import Distribution, distribution
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.permutation import mixed
+from ulna.campaign.probability import Distribution, distribution
 
 MOST_RUNS = 2**40
 """More runs than any plan may have: a slip of the finger, not a campaign."""

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from ulna.campaign.batch import versions
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.experiment import Experiment
-from ulna.campaign.part import versions
-from ulna.campaign.plan import seeds
 from ulna.campaign.result import CampaignResult
-from ulna.campaign.runs import run_part
+from ulna.campaign.runs import run_batch
 from ulna.sim import Trajectory, simulate
-from ulna.sim.sampled import Sampled
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -54,7 +53,7 @@ def replay(result: CampaignResult, number: int) -> Replay:
     """
     stored = result.run(number)
     experiment = result.experiment
-    again = {name: float(values[0]) for name, values in run_part(experiment, number, number + 1).items()}
+    again = {name: float(values[0]) for name, values in run_batch(experiment, number, number + 1).items()}
     then, now = result.store.manifest.versions, versions()
     return Replay(
         number=number,
@@ -73,26 +72,32 @@ def path(experiment: Experiment, number: int) -> Trajectory:
     """
     if not 0 <= number < experiment.plan.count:
         raise CampaignError(f"run {number}", f"the campaign has the runs 0 to {experiment.plan.count - 1}.")
-    given = experiment.arguments(number, number + 1)
-
-    def alone(table: Mapping[str, object]) -> dict[str, float]:
-        return {name: float(np.ravel(np.asarray(value))[0]) for name, value in table.items()}
-
-    time = experiment.time
-    times: float | np.ndarray = np.linspace(0.0, experiment.horizon, experiment.measures.samples + 1)
-    if isinstance(time, Sampled):
-        times = experiment.horizon
-        references = {**time.references, **alone(given["references"])}
-        time = replace(time, seed=int(seeds(experiment.plan, number, number + 1)[0]), references=references)
+    _, given = experiment.arguments(number, number + 1)
+    samples = np.linspace(0.0, experiment.horizon, experiment.measures.samples + 1)
     return simulate(
-        experiment.system,
-        given["initial"][0],
-        times,
-        inputs=alone(given["inputs"]),
-        parameters=alone(given["parameters"]),
-        time=time,
+        experiment.loop,
+        times=experiment.horizon if experiment.loop.sampled else samples,
+        engine=experiment.engine,
+        initial=_alone(given["initial"]),
+        inputs=_alone(given["inputs"]),
+        parameters=_alone(given["parameters"]),
+        targets=_alone(given["targets"]),
+        seed=int(given["seed"][0]),
         throw=False,
     )
+
+
+def _alone(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Of a batch of one run what belongs to it."""
+    return {name: _first(value) for name, value in table.items()}
+
+
+def _first(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return float(value[0])
+    if np.ndim(getattr(value, "values", 0.0)) == 2:
+        return type(value).known(times=value.times, values=value.values[0])
+    return value
 
 
 def _same(one: float, other: float) -> bool:

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from ulna.campaign.batch import experiment_of, label, unpacked
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.experiment import Experiment
 from ulna.campaign.measures import Column
 from ulna.campaign.netcdf_writer import MOST_ROWS, NetcdfColumn, write_netcdf
-from ulna.campaign.part import experiment_of, label, unpacked
 from ulna.campaign.runs import columns
 from ulna.campaign.store import Folder, Memory, open_folder
 
@@ -58,12 +58,12 @@ class CampaignResult:
         """(runs,) values of a column, in SI.
 
         Raises:
-            CampaignError: an unknown name, or a part that is missing or damaged.
+            CampaignError: an unknown name, or a batch that is missing or damaged.
         """
         return self.read(name, 0, self.runs)
 
     def read(self, name: str, first: int, last: int) -> np.ndarray:
-        """(last − first,) values of a column for the runs first ≤ k < last; only the parts they lie in are read.
+        """(last − first,) values of a column for the runs first ≤ k < last; only the batches they lie in are read.
 
         Raises:
             CampaignError: as `[]`.
@@ -71,15 +71,15 @@ class CampaignResult:
         return self._filled([name], first, last)[0]
 
     def blocks(self, names: Sequence[str]) -> Iterator[dict[str, np.ndarray]]:
-        """The named columns part by part, in the order of the runs: memory for one part, however many runs there are.
+        """The named columns batch by batch, in the order of the runs: memory for one batch, however many there are.
 
         Raises:
             CampaignError: as `[]`.
         """
         places = [self._column(name)[0] for name in names]
         labels = [label(self.columns[place], place) for place in places]
-        for span in self.store.manifest.spans:
-            yield dict(zip(names, unpacked(self.store.get(span), labels), strict=True))
+        for batch in self.store.manifest.batches:
+            yield dict(zip(names, unpacked(self.store.get(batch), labels), strict=True))
 
     def run(self, number: int) -> dict[str, float]:
         """All columns of one run.
@@ -94,12 +94,12 @@ class CampaignResult:
         return {name: float(values[0]) for name, values in zip(names, found, strict=True)}
 
     def _filled(self, names: Sequence[str], first: int, last: int) -> list[np.ndarray]:
-        """The columns for the runs first ≤ k < last; each part is read once."""
+        """The columns for the runs first ≤ k < last; each batch is read once."""
         layout = [self._column(name) for name in names]
         labels = [label(column, place) for place, column in layout]
         found = [np.empty(max(0, last - first), np.int8 if column.whole else float) for _, column in layout]
-        size = self.store.manifest.size
-        for begin, end in self.store.manifest.spans[first // size : -(-last // size) if last > first else 0]:
+        size = self.store.manifest.batch_size
+        for begin, end in self.store.manifest.batches[first // size : -(-last // size) if last > first else 0]:
             low, high = max(first, begin), min(last, end)
             for into, values in zip(found, unpacked(self.store.get((begin, end)), labels), strict=True):
                 into[low - first : high - first] = values[low - begin : high - begin]
@@ -120,7 +120,7 @@ class CampaignResult:
         return frame
 
     def to_csv(self, path: str | os.PathLike[str]) -> Path:
-        """Write one line a run, part by part.
+        """Write one line a run, batch by batch.
 
         Raises:
             CampaignError: a place that cannot be written.
@@ -137,7 +137,7 @@ class CampaignResult:
         return Path(path)
 
     def to_netcdf(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything into one netCDF file (version 3, readable everywhere), part by part.
+        """Write everything into one netCDF file (version 3, readable everywhere), batch by batch.
 
         Raises:
             CampaignError: a place that cannot be written, or more runs than such a file can hold.

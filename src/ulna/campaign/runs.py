@@ -1,4 +1,4 @@
-"""The runs of a part of a campaign: figures of every run, as columns."""
+"""The runs of a batch of a campaign: figures of every run, as columns."""
 
 from __future__ import annotations
 
@@ -10,45 +10,37 @@ import numpy as np
 from ulna.base.units import unit as unit_of
 from ulna.campaign.experiment import Experiment, Role
 from ulna.campaign.measures import Column
-from ulna.campaign.plan import seeds
-from ulna.sim.ensemble import CODES, EnsembleResult, run_ensemble
-from ulna.sim.metrics import BAND
-from ulna.sim.sampled import Sampled
+from ulna.loop import Loop
+from ulna.sim import BAND, CODES, Ensemble, Figures, simulate
 from ulna.system import Signal, System
 
 OUTCOMES = tuple(outcome.name.lower() for outcome in CODES)
 """Meaning of the numbers in the column `outcome`."""
 
 
-def run_part(experiment: Experiment, first: int, last: int, *, threads: int = 1) -> dict[str, np.ndarray]:
+def run_batch(experiment: Experiment, first: int, last: int, *, threads: int = 1) -> dict[str, np.ndarray]:
     """(last − first,) values of every one of `columns(experiment)`, for the runs first ≤ k < last.
 
     A run that blows up has its outcome, and NaN or infinity where a figure means nothing.
     """
-    given = experiment.arguments(first, last)
-    sampled = isinstance(experiment.time, Sampled)
-    figures = run_ensemble(
-        _shown(experiment),
-        given["initial"],
-        experiment.horizon,
-        time=experiment.time,
-        parameters=given["parameters"],
-        inputs=given["inputs"],
-        references=given["references"],
-        targets=given["targets"],
-        seeds=seeds(experiment.plan, first, last),
-        samples=None if sampled else experiment.measures.samples,
+    varied, given = experiment.arguments(first, last)
+    figures = simulate(
+        _watched(experiment),
+        times=experiment.horizon,
+        engine=experiment.engine,
+        record=Figures(samples=experiment.measures.samples),
         threads=threads,
+        **given,
     )
-    return {name: given["varied"][name] for name in experiment.plan.names} | _kept(experiment, figures)
+    return varied | _kept(experiment, figures)
 
 
-def _shown(experiment: Experiment) -> System:
-    """The system with the outputs that are measured: looking at the others takes most of the time."""
-    system, measures = experiment.system, experiment.measures
-    if isinstance(experiment.time, Sampled):
-        return system
-    return _trimmed(system, frozenset((*(s.name for s in _judged(experiment)), *measures.effort)))
+def _watched(experiment: Experiment) -> Loop | System:
+    """The loop with the outputs that are measured: looking at the others takes most of the time."""
+    if experiment.loop.hardware is not None:
+        return experiment.loop
+    wanted = frozenset((*(s.name for s in _judged(experiment)), *experiment.measures.effort))
+    return _trimmed(experiment.system, wanted)
 
 
 @lru_cache(maxsize=16)
@@ -105,17 +97,14 @@ def _judged(experiment: Experiment) -> list[Signal]:
     return [s for s in experiment.system.outputs if s.name in wanted]
 
 
-def _driven(experiment: Experiment) -> list[Signal]:
-    time = experiment.time
-    if not isinstance(time, Sampled):
-        return []
-    commanded = {s.name for s in time.controller.outputs}
-    return [s for s in experiment.system.inputs if s.name in commanded]
+def _driven(experiment: Experiment) -> tuple[Signal, ...]:
+    """Inputs whose effort the engine measures; of a continuous loop they are outputs."""
+    return experiment.loop.wiring.driven if experiment.loop.sampled else ()
 
 
-def _kept(experiment: Experiment, figures: EnsembleResult) -> dict[str, np.ndarray]:
+def _kept(experiment: Experiment, figures: Ensemble) -> dict[str, np.ndarray]:
     system = experiment.system
-    names = [s.name for s in figures.plant.outputs]
+    names = [s.name for s in figures.system.outputs]
     finished = figures.code == 0
     settled = finished.copy()
     kept: dict[str, np.ndarray] = {}

@@ -109,7 +109,7 @@ def _group_sums(result: CampaignResult, figure: str, plan: Saltelli, mean: float
     """
     quantities = len(plan.vary)
     sums = np.zeros((min(plan.base, GROUPS), 3 + 3 * quantities))
-    size = result.store.manifest.size
+    size = result.store.manifest.batch_size
     for first in range(0, plan.base, size):
         last = min(first + size, plan.base)
         rows = [

@@ -1,6 +1,6 @@
-"""A folder that holds a campaign: a manifest, and one file for each part that is done.
+"""A folder that holds a campaign: a manifest, and one file for each batch that is done.
 
-A part lands under its final name by a rename, after its bytes have reached the disk, and its name carries a
+A batch lands under its final name by a rename, after its bytes have reached the disk, and its name carries a
 fingerprint of its contents. Whatever stands under such a name is therefore whole, or is found out: the folder can be
 left at any moment, by SIGKILL or power cut, and taken up again.
 """
@@ -18,19 +18,19 @@ from pathlib import Path
 from typing import Any, Protocol
 from uuid import uuid4
 
+from ulna.campaign.batch import fingerprint
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.part import fingerprint
 
 MANIFEST = "campaign.json"
-PARTS = "parts"
+BATCHES = "batches"
 LOCK = ".lock"
-FORMAT = 1
+FORMAT = 2
 
-_PART = re.compile(r"(\d{13})-(\d{13})\.([0-9a-f]{32})\.nc")
+_BATCH = re.compile(r"(\d{13})-(\d{13})\.([0-9a-f]{32})\.nc")
 _LEFTOVER = re.compile(r"\.[0-9a-f]{32}\.part")
 
-Span = tuple[int, int]
-"""first, last: the runs first ≤ k < last."""
+Batch = tuple[int, int]
+"""first, last: the runs first ≤ k < last, computed and stored together."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,25 +38,26 @@ class Manifest:
     """What a folder holds, and all that is needed to compute it again bit for bit.
 
     Attributes:
-        settings: text of the experiment. versions: of libraries. runs: how many. size: runs of a part.
+        settings: text of the experiment. versions: of libraries. runs: how many.
+        batch_size: runs of a batch.
     """
 
     settings: str
     versions: Mapping[str, str]
     runs: int
-    size: int
+    batch_size: int
 
     @property
-    def spans(self) -> list[Span]:
-        """All parts, in order."""
-        return [(first, min(first + self.size, self.runs)) for first in range(0, self.runs, self.size)]
+    def batches(self) -> list[Batch]:
+        """All batches, in order."""
+        return [(first, min(first + self.batch_size, self.runs)) for first in range(0, self.runs, self.batch_size)]
 
     def to_text(self) -> str:
         """What stands in the file."""
         data = {
             "format": FORMAT,
             "runs": self.runs,
-            "size": self.size,
+            "batch_size": self.batch_size,
             "versions": dict(self.versions),
             "settings": json.loads(self.settings),
         }
@@ -64,23 +65,23 @@ class Manifest:
 
 
 class Store(Protocol):
-    """Where parts are kept."""
+    """Where batches are kept."""
 
     @property
     def manifest(self) -> Manifest:
         """What is kept."""
         ...
 
-    def done(self) -> set[Span]:
-        """The parts that are there."""
+    def done(self) -> set[Batch]:
+        """The batches that are there."""
         ...
 
-    def put(self, span: Span, data: bytes) -> None:
-        """Keep a part."""
+    def put(self, batch: Batch, data: bytes) -> None:
+        """Keep a batch."""
         ...
 
-    def get(self, span: Span) -> bytes:
-        """A part that is there, checked."""
+    def get(self, batch: Batch) -> bytes:
+        """A batch that is there, checked."""
         ...
 
 
@@ -93,19 +94,19 @@ class Memory:
 
     def __init__(self, manifest: Manifest) -> None:
         self.manifest = manifest
-        self._parts: dict[Span, bytes] = {}
+        self._batches: dict[Batch, bytes] = {}
 
-    def done(self) -> set[Span]:
-        """The parts that are there."""
-        return set(self._parts)
+    def done(self) -> set[Batch]:
+        """The batches that are there."""
+        return set(self._batches)
 
-    def put(self, span: Span, data: bytes) -> None:
-        """Keep a part."""
-        self._parts[span] = data
+    def put(self, batch: Batch, data: bytes) -> None:
+        """Keep a batch."""
+        self._batches[batch] = data
 
-    def get(self, span: Span) -> bytes:
-        """A part."""
-        return self._parts[span]
+    def get(self, batch: Batch) -> bytes:
+        """A batch."""
+        return self._batches[batch]
 
 
 class Folder:
@@ -119,67 +120,67 @@ class Folder:
     def __init__(self, path: Path, manifest: Manifest) -> None:
         self.path = path
         self.manifest = manifest
-        allowed = set(manifest.spans)
-        self._names: dict[Span, str] = {}
-        for name in _listed(path / PARTS):
-            match = _PART.fullmatch(name)
-            if match and (span := (int(match[1]), int(match[2]))) in allowed:
-                self._names[span] = name
+        allowed = set(manifest.batches)
+        self._names: dict[Batch, str] = {}
+        for name in _listed(path / BATCHES):
+            match = _BATCH.fullmatch(name)
+            if match and (batch := (int(match[1]), int(match[2]))) in allowed:
+                self._names[batch] = name
 
-    def done(self) -> set[Span]:
-        """The parts that are there; each was whole when it was written."""
+    def done(self) -> set[Batch]:
+        """The batches that are there; each was whole when it was written."""
         return set(self._names)
 
-    def put(self, span: Span, data: bytes) -> None:
-        """Write a part: it is there whole or not at all.
+    def put(self, batch: Batch, data: bytes) -> None:
+        """Write a batch: it is there whole or not at all.
 
         Raises:
-            CampaignError: a disk that is full or cannot be written; parts that are there stay.
+            CampaignError: a disk that is full or cannot be written; batches that are there stay.
         """
-        name = f"{span[0]:013d}-{span[1]:013d}.{fingerprint(data)}.nc"
+        name = f"{batch[0]:013d}-{batch[1]:013d}.{fingerprint(data)}.nc"
         try:
-            write_whole(self.path / PARTS / name, data)
+            write_whole(self.path / BATCHES / name, data)
         except OSError as error:
             done = sum(last - first for first, last in self._names)
             raise CampaignError(
                 f"the result folder '{self.path}'",
-                f"a part cannot be written: {(error.strerror or str(error)).lower()}; "
+                f"a batch cannot be written: {(error.strerror or str(error)).lower()}; "
                 f"{done} of {self.manifest.runs} runs are safe in it.",
                 "Make room, then start the same campaign again: it goes on from there.",
             ) from error
-        self._names[span] = name
+        self._names[batch] = name
 
-    def get(self, span: Span) -> bytes:
-        """The bytes of a part.
+    def get(self, batch: Batch) -> bytes:
+        """The bytes of a batch.
 
         Raises:
-            CampaignError: a part that is missing, truncated or altered.
+            CampaignError: a batch that is missing, truncated or altered.
         """
-        name = self._names.get(span)
+        name = self._names.get(batch)
         if name is None:
             raise CampaignError(
-                f"the result folder '{self.path}'", f"runs {span[0]} to {span[1] - 1} are not there yet."
+                f"the result folder '{self.path}'", f"runs {batch[0]} to {batch[1] - 1} are not there yet."
             )
         try:
-            data = (self.path / PARTS / name).read_bytes()
+            data = (self.path / BATCHES / name).read_bytes()
         except OSError as error:
             raise _unreadable(self.path, error) from error
         if fingerprint(data) != name.split(".")[1]:
             raise CampaignError(
                 f"the result folder '{self.path}'",
-                f"the part '{PARTS}/{name}' is truncated or altered.",
-                "Start the same campaign again: it computes that part anew.",
+                f"the batch '{BATCHES}/{name}' is truncated or altered.",
+                "Start the same campaign again: it computes that batch anew.",
             )
         return data
 
     def drop_damaged(self) -> int:
-        """Remove parts whose bytes are not what was written; how many."""
+        """Remove batches whose bytes are not what was written; how many."""
         damaged = 0
-        for span in sorted(self._names):
+        for batch in sorted(self._names):
             try:
-                self.get(span)
+                self.get(batch)
             except CampaignError:
-                (self.path / PARTS / self._names.pop(span)).unlink(missing_ok=True)
+                (self.path / BATCHES / self._names.pop(batch)).unlink(missing_ok=True)
                 damaged += 1
         return damaged
 
@@ -188,7 +189,7 @@ class Folder:
 def claimed(path: Path, wanted: Manifest) -> Iterator[Folder]:
     """The folder for a campaign, kept from other processes: a new one, or the one in which it was begun.
 
-    A campaign that was begun there and of which no part is done gives way: nothing is lost with it.
+    A campaign that was begun there and of which no batch is done gives way: nothing is lost with it.
 
     Raises:
         CampaignError: a folder that holds something else, was begun with other libraries, cannot be written, or on
@@ -196,7 +197,7 @@ def claimed(path: Path, wanted: Manifest) -> Iterator[Folder]:
     """
     try:
         _check_free(path)
-        (path / PARTS).mkdir(parents=True, exist_ok=True)
+        (path / BATCHES).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise _unwritable(path, error) from error
     with locked(path):
@@ -213,8 +214,8 @@ def claimed(path: Path, wanted: Manifest) -> Iterator[Folder]:
                 raise _unwritable(path, error) from error
             _remember_names(path)
         yield found
-        # Once is enough, and saves half of the time for writing: a part that a power cut takes back is computed anew.
-        _remember_names(path / PARTS)
+        # Once is enough, and saves half of the time for writing: a batch that a power cut takes back is computed anew.
+        _remember_names(path / BATCHES)
 
 
 @contextmanager
@@ -235,7 +236,7 @@ def locked(path: Path) -> Iterator[None]:
             raise CampaignError(
                 f"the result folder '{path}'", "another process is at work on it.", "Wait for it, or end it."
             ) from None
-        for place in (path, path / PARTS):
+        for place in (path, path / BATCHES):
             for name in _listed(place):
                 if _LEFTOVER.fullmatch(name):
                     (place / name).unlink(missing_ok=True)
@@ -250,12 +251,12 @@ def _check_free(path: Path) -> None:
         raise CampaignError(f"the result folder '{path}'", "there is a file of this name.", "Give another folder.")
     if (path / MANIFEST).is_file():
         return
-    # A process killed early leaves `parts` or the lock and no manifest; nothing else may be there.
-    strange = [name for name in _listed(path) if name not in (PARTS, LOCK) and not _LEFTOVER.fullmatch(name)]
-    if strange or _listed(path / PARTS):
+    # A process killed early leaves `batches` or the lock and no manifest; nothing else may be there.
+    strange = [name for name in _listed(path) if name not in (BATCHES, LOCK) and not _LEFTOVER.fullmatch(name)]
+    if strange or _listed(path / BATCHES):
         raise CampaignError(
             f"the result folder '{path}'",
-            f"it holds files that are no campaign ({', '.join((strange or [PARTS])[:3])}).",
+            f"it holds files that are no campaign ({', '.join((strange or [BATCHES])[:3])}).",
             "Give an empty or a new folder.",
         )
 
@@ -279,7 +280,10 @@ def open_folder(path: Path) -> Folder:
             raise CampaignError(f"'{path / MANIFEST}'", f"format {data['format']} is unknown.")
         settings = json.dumps(data["settings"], ensure_ascii=False, allow_nan=False, separators=(",", ":"))
         manifest = Manifest(
-            settings=settings, versions=dict(data["versions"]), runs=int(data["runs"]), size=int(data["size"])
+            settings=settings,
+            versions=dict(data["versions"]),
+            runs=int(data["runs"]),
+            batch_size=int(data["batch_size"]),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise CampaignError(f"'{path / MANIFEST}'", f"it is no manifest of a campaign ({error!r}).") from None

@@ -26,7 +26,7 @@ def worst_cases(result: CampaignResult, figure: str, *, count: int = 10) -> tupl
     """The runs with the largest magnitude of a figure, worst first.
 
     Runs that did not reach the end stand before all others, the earliest first; a NaN of a run that did is no value.
-    Memory for one part of the campaign is enough.
+    Memory for one batch of the campaign is enough.
 
     Raises:
         CampaignError: an unknown figure, or a count below one.
@@ -43,7 +43,7 @@ def worst_cases(result: CampaignResult, figure: str, *, count: int = 10) -> tupl
         numbers = np.arange(first, first + len(values))
         first += len(values)
         worst = np.concatenate([worst, [order, ended, numbers]], axis=1)
-        # The number of a run settles ties, so that parts of any size give the same cases.
+        # The number of a run settles ties, so that batches of any size give the same cases.
         worst = worst[:, np.lexsort((worst[2], worst[1], -worst[0]))[:count]]
     return tuple(_case(result, figure, int(number)) for number in worst[2])
 

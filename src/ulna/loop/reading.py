@@ -23,7 +23,7 @@ class Reading:
 
 
 def reading(plant: System, name: str, *, states_first: bool) -> Reading | None:
-    """What feeds an input of this name: the plant's output, else its state; None where neither bears it.
+    """The plant's output or state that feeds an input of this name; None where neither bears it.
 
     Args:
         plant: what is measured.

@@ -28,9 +28,10 @@ class Wiring:
 
     Attributes:
         name: of the law. plant: what is controlled.
-        driven: plant inputs that the controller drives. disturbances: the plant's other inputs. measured: what is read
-            from the plant. readings: of it, in the plant's symbols. references: inputs of the controller that nothing in the loop feeds. memory: states of
-            estimator and controller. estimates: what estimator and controller show besides commands.
+        driven: plant inputs that the controller drives. disturbances: the plant's other inputs.
+        measured: what is read from the plant. readings: of it, in the plant's symbols.
+        references: inputs of the controller that nothing in the loop feeds.
+        memory: states of estimator and controller. estimates: what they show besides commands.
         observed: how many of the memory belong to the estimator.
         injected: the estimator, where its linear part is known.
         controller: z' (`z'k`), injections (`wk`), estimates (`ek`) and commands (`ck`), hoisted by q.

@@ -7,7 +7,7 @@ from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.ensemble import CODES, Ensemble
 from ulna.sim.event import Event, EventKind
 from ulna.sim.figures import BAND
-from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated
+from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated, as_input
 from ulna.sim.metrics import InputMetrics, Metrics, OutputMetrics, metrics
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Ends, Figures, Paths
@@ -42,6 +42,7 @@ __all__ = [
     "Settling",
     "Taylor",
     "Trajectory",
+    "as_input",
     "metrics",
     "simulate",
 ]

@@ -49,7 +49,7 @@ def output_figures(
         overshoot=np.where(way == 0.0, np.nan, np.maximum(0.0, farthest - 1.0)),
         settling_time=np.where(way == 0.0, np.nan, np.where(stays, settled, np.inf)),
         steady_error=np.asarray(last - target),
-        peak_error=np.maximum(np.abs(least - target), np.abs(most - target)),
+        peak_error=np.asarray(np.maximum(np.abs(least - target), np.abs(most - target))),
     )
 
 

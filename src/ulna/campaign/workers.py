@@ -1,4 +1,4 @@
-"""Who computes the parts: `Local` on this machine, `Cluster` on Dask workers."""
+"""Who computes the batches: `LocalWorkers` are threads of this process, `DaskWorkers` stand anywhere."""
 
 from __future__ import annotations
 
@@ -9,29 +9,31 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 from ulna.base import OptionalDependencyError
+from ulna.campaign.batch import computed_batch
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.part import computed_part
-from ulna.campaign.store import Span
+from ulna.campaign.store import Batch
 
-PART = 10_000
-"""Runs of a part at most, unless asked otherwise: seconds of work, a megabyte of results."""
+LARGEST_BATCH = 10_000
+"""Runs of a batch at most, unless asked otherwise: seconds of work, a megabyte of results."""
 
 
 @runtime_checkable
-class Crew(Protocol):
-    """Computes parts in any order, few at a time."""
+class Workers(Protocol):
+    """Compute batches in any order, few at a time."""
 
-    def part_size(self, runs: int) -> int:
+    def batch_size(self, runs: int) -> int:
         """How many runs of so many are best computed and stored together."""
         ...
 
-    def parts(self, settings: str, versions: Mapping[str, str], spans: Iterable[Span]) -> Iterator[tuple[Span, bytes]]:
-        """Each part with its bytes, as they come."""
+    def compute(
+        self, settings: str, versions: Mapping[str, str], batches: Iterable[Batch]
+    ) -> Iterator[tuple[Batch, bytes]]:
+        """Each batch with its bytes, as they come."""
         ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Local:
+class LocalWorkers:
     """Threads of this process: the compiled loops let go of Python's lock.
 
     Args:
@@ -45,20 +47,22 @@ class Local:
 
     def __post_init__(self) -> None:
         if self.threads is not None and self.threads < 1:
-            raise CampaignError(f"Local(threads={self.threads})", "at least one is needed.")
+            raise CampaignError(f"LocalWorkers(threads={self.threads})", "at least one is needed.")
 
-    def part_size(self, runs: int) -> int:
-        """All threads work on one part."""
-        return min(runs, PART)
+    def batch_size(self, runs: int) -> int:
+        """All threads work on one batch."""
+        return min(runs, LARGEST_BATCH)
 
-    def parts(self, settings: str, versions: Mapping[str, str], spans: Iterable[Span]) -> Iterator[tuple[Span, bytes]]:
-        """Each part with its bytes. One part is being computed while the one before is written."""
+    def compute(
+        self, settings: str, versions: Mapping[str, str], batches: Iterable[Batch]
+    ) -> Iterator[tuple[Batch, bytes]]:
+        """Each batch with its bytes. One batch is being computed while the one before is written."""
         threads = self.threads or len(os.sched_getaffinity(0))
         pool = ThreadPoolExecutor(1)
-        waiting: list[tuple[Span, Future[bytes]]] = []
+        waiting: list[tuple[Batch, Future[bytes]]] = []
         try:
-            for span in spans:
-                waiting.append((span, pool.submit(computed_part, settings, versions, *span, threads)))
+            for batch in batches:
+                waiting.append((batch, pool.submit(computed_batch, settings, versions, *batch, threads)))
                 if len(waiting) > 1:
                     done, future = waiting.pop(0)
                     yield done, future.result()
@@ -70,14 +74,14 @@ class Local:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cluster:
-    """Workers of Dask distributed. A worker that dies is survived: its parts go to others.
+class DaskWorkers:
+    """Workers of Dask distributed. A worker that dies is survived: its batches go to others.
 
     Args:
         address: of the scheduler, such as `tcp://10.0.0.1:8786`; or
         client: a `distributed.Client` that is connected already.
         timeout: s to wait for the scheduler, and for a worker where there is none.
-        deaths: how many workers may die over the same part.
+        deaths: how many workers may die over the same batch.
 
     Raises:
         CampaignError: neither or both of address and client.
@@ -90,24 +94,26 @@ class Cluster:
 
     def __post_init__(self) -> None:
         if (self.address is None) == (self.client is None):
-            raise CampaignError("Cluster()", "it needs either address= or client=.")
+            raise CampaignError("DaskWorkers()", "it needs either address= or client=.")
         if not self.timeout > 0:
-            raise CampaignError(f"Cluster(timeout={self.timeout})", "it must be positive.")
+            raise CampaignError(f"DaskWorkers(timeout={self.timeout})", "it must be positive.")
 
-    def part_size(self, runs: int) -> int:
-        """Parts for many workers, each still worth the trip."""
-        return min(PART, max(-(-runs // 64), 500))
+    def batch_size(self, runs: int) -> int:
+        """Batches for many workers, each still worth the trip."""
+        return min(LARGEST_BATCH, max(-(-runs // 64), 500))
 
-    def parts(self, settings: str, versions: Mapping[str, str], spans: Iterable[Span]) -> Iterator[tuple[Span, bytes]]:
-        """Each part with its bytes.
+    def compute(
+        self, settings: str, versions: Mapping[str, str], batches: Iterable[Batch]
+    ) -> Iterator[tuple[Batch, bytes]]:
+        """Each batch with its bytes.
 
         Raises:
             CampaignError: an unreachable scheduler, no workers, workers with other libraries.
             OptionalDependencyError: without Dask.
         """
         try:
-            from ulna.campaign.distributed import connected, dask_parts
+            from ulna.campaign.dask_workers import compute_by_dask, connected
         except ImportError:
             raise OptionalDependencyError("a campaign on a cluster", "campaign") from None
         with connected(self.client, self.address, self.timeout) as client:
-            yield from dask_parts(client, settings, versions, spans, timeout=self.timeout, deaths=self.deaths)
+            yield from compute_by_dask(client, settings, versions, batches, timeout=self.timeout, deaths=self.deaths)

@@ -1,4 +1,4 @@
-"""A part of a campaign as bytes: a netCDF file (version 3) of some consecutive runs."""
+"""A batch of a campaign as bytes: a netCDF file (version 3) of some consecutive runs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ulna.campaign.encoding import from_text
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.experiment import Experiment
 from ulna.campaign.measures import Column
-from ulna.campaign.runs import columns, run_part
+from ulna.campaign.runs import columns, run_batch
 
 _WATCHED = ("ulna", "heyoka", "numba", "llvmlite", "numpy", "scipy", "sympy")
 
@@ -40,14 +40,12 @@ def versions() -> Mapping[str, str]:
 def experiment_of(settings: str) -> Experiment:
     """The experiment of a text of settings, read once per process.
 
-    Compiled loops are found by the identity of the system and its time settings, so that equal ones of several
-    campaigns must be one object.
+    Compiled loops are found by the identity of the loop, so that equal ones of several campaigns must be one object.
     """
     found = from_text(settings)
     if not isinstance(found, Experiment):
         raise CampaignError("settings of a campaign", "they describe something else.")
-    data = json.loads(settings)
-    return replace(found, system=_shared(json.dumps(data["system"])), time=_shared(json.dumps(data["time"])))
+    return replace(found, loop=_shared(json.dumps(json.loads(settings)["loop"])))
 
 
 @lru_cache(maxsize=16)
@@ -55,7 +53,7 @@ def _shared(text: str) -> Any:
     return from_text(text)
 
 
-def computed_part(settings: str, expected: Mapping[str, str], first: int, last: int, threads: int) -> bytes:
+def computed_batch(settings: str, expected: Mapping[str, str], first: int, last: int, threads: int) -> bytes:
     """The file of the runs first ≤ k < last: what a worker does.
 
     Raises:
@@ -63,7 +61,7 @@ def computed_part(settings: str, expected: Mapping[str, str], first: int, last: 
     """
     check_versions(expected, "this worker")
     experiment = experiment_of(settings)
-    return packed(columns(experiment), run_part(experiment, first, last, threads=threads), first)
+    return packed(columns(experiment), run_batch(experiment, first, last, threads=threads), first)
 
 
 def check_versions(expected: Mapping[str, str], where: str) -> None:
@@ -78,7 +76,7 @@ def check_versions(expected: Mapping[str, str], where: str) -> None:
     ]
     if differing:
         raise CampaignError(
-            f"a part of a campaign on {where}",
+            f"a batch of a campaign on {where}",
             f"the campaign was begun with {', '.join(differing)}.",
             "Install those versions, or begin a new campaign in another folder.",
         )

@@ -1,4 +1,4 @@
-"""Parts on Dask workers: few tasks in flight, dead workers outlived."""
+"""Batches on Dask workers: few tasks in flight, dead workers outlived."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from distributed.comm.core import CommClosedError
 from distributed.comm.registry import get_backend
 from distributed.scheduler import KilledWorker
 
+from ulna.campaign.batch import computed_batch
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.part import computed_part
-from ulna.campaign.store import Span
+from ulna.campaign.store import Batch
 
 AHEAD = 3
 """Tasks in flight for each thread of the workers."""
@@ -69,24 +69,24 @@ def _check_address(address: str, hint: str) -> None:
         raise CampaignError(f"the Dask scheduler '{address}'", f"this is no address ({error}).", hint) from None
 
 
-def dask_parts(
+def compute_by_dask(
     client: Client,
     settings: str,
     versions: Mapping[str, str],
-    spans: Iterable[Span],
+    batches: Iterable[Batch],
     *,
     timeout: float,
     deaths: int,
-) -> Iterator[tuple[Span, bytes]]:
-    """Each part with its bytes, as they come. See `Cluster`."""
-    left = iter(spans)
-    flying: dict[Future, Span] = {}
-    lost: dict[Span, int] = {}
+) -> Iterator[tuple[Batch, bytes]]:
+    """Each batch with its bytes, as they come. See `DaskWorkers`."""
+    left = iter(batches)
+    flying: dict[Future, Batch] = {}
+    lost: dict[Batch, int] = {}
 
-    def send(span: Span) -> None:
+    def send(batch: Batch) -> None:
         # Impure: a task forgotten by a scheduler that began anew must not be mistaken for this one.
-        future = client.submit(computed_part, settings, dict(versions), *span, 1, pure=False, retries=0)
-        flying[future] = span
+        future = client.submit(computed_batch, settings, dict(versions), *batch, 1, pure=False, retries=0)
+        flying[future] = batch
 
     threads, looked = 0, -math.inf
     try:
@@ -95,18 +95,18 @@ def dask_parts(
                 # Each look is a trip to the scheduler and back.
                 threads, looked = _threads(client, timeout), time.monotonic()
             room = AHEAD * threads - len(flying)
-            for span in islice(left, max(0, room)):
-                send(span)
+            for batch in islice(left, max(0, room)):
+                send(batch)
             if not flying:
                 return
             for future in _finished(client, flying):
-                span = flying.pop(future)
-                data = _result(future, span, lost, deaths)
+                batch = flying.pop(future)
+                data = _result(future, batch, lost, deaths)
                 if data is None:
-                    send(span)
+                    send(batch)
                 else:
                     future.release()
-                    yield span, data
+                    yield batch, data
     except CommClosedError as error:
         raise _gone() from error
     finally:
@@ -115,7 +115,7 @@ def dask_parts(
             client.cancel(list(flying))
 
 
-def _finished(client: Client, flying: Mapping[Future, Span]) -> list[Future]:
+def _finished(client: Client, flying: Mapping[Future, Batch]) -> list[Future]:
     try:
         with client.as_current():
             wait(list(flying), timeout=LOOK, return_when="FIRST_COMPLETED")
@@ -126,17 +126,17 @@ def _finished(client: Client, flying: Mapping[Future, Span]) -> list[Future]:
     return [future for future in flying if future.status != "pending"]
 
 
-def _result(future: Future, span: Span, lost: dict[Span, int], deaths: int) -> bytes | None:
-    """The bytes of a part; None where the workers died over it and it is to be sent again."""
+def _result(future: Future, batch: Batch, lost: dict[Batch, int], deaths: int) -> bytes | None:
+    """The bytes of a batch; None where the workers died over it and it is to be sent again."""
     try:
         return future.result()
     except (KilledWorker, CancelledError) as error:
-        lost[span] = lost.get(span, 0) + 1
-        if lost[span] > deaths:
+        lost[batch] = lost.get(batch, 0) + 1
+        if lost[batch] > deaths:
             raise CampaignError(
-                f"runs {span[0]} to {span[1] - 1} of the campaign",
-                f"{lost[span]} workers died over them ({error}).",
-                "Look at the workers' logs; parts that are done are safe. Smaller parts need less memory.",
+                f"runs {batch[0]} to {batch[1] - 1} of the campaign",
+                f"{lost[batch]} workers died over them ({error}).",
+                "Look at the workers' logs; batches that are done are safe. Smaller batches need less memory.",
             ) from None
         return None
 
@@ -162,7 +162,7 @@ def _threads(client: Client, timeout: float) -> int:
             raise CampaignError(
                 "a campaign on a cluster",
                 f"the scheduler has had no workers for {timeout:g} s.",
-                "Start some where ulna is installed: `dask worker ADDRESS`. Parts that are done are safe.",
+                "Start some where ulna is installed: `dask worker ADDRESS`. Batches that are done are safe.",
             )
         time.sleep(LOOK)
     raise _gone()
@@ -172,5 +172,5 @@ def _gone() -> CampaignError:
     return CampaignError(
         "a campaign on a cluster",
         "the scheduler is gone.",
-        "Start it and the campaign again; parts that are done are safe.",
+        "Start it and the campaign again; batches that are done are safe.",
     )
