@@ -12,7 +12,7 @@ import pytest
 import sympy as sp
 
 import ulna
-from ulna.base import DesignError, PlantError
+from ulna.base import DesignError, PlantError, SimulationError
 from ulna.design import (
     SetPoint,
     analyse,

@@ -14,7 +14,7 @@ class Reading:
     """One measured signal.
 
     Attributes:
-        signal: how it is called. expression: of it, in the plant's symbols. state: whether it is no output, but a state.
+        signal: how it is called. expression: of it, in the plant's symbols. state: whether it is a state.
     """
 
     signal: Signal
