@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ulna.loop import Hardware, Loop, Parts
+from ulna.loop import Hardware, Loop, Parts, joined
 from ulna.sim import FixedSteps, simulate
-from ulna.system import LinearInjection, System, connect
+from ulna.system import LinearInjection, System
 
 OF_RUNS = ("references", "initial", "number", "order", "bound", "device", "seed", "parameters")
 """Settings of a run; `controller` and `estimator` are the loop's, all others the hardware's."""
@@ -18,9 +18,8 @@ def loop_of(plant: System, settings: Mapping[str, Any]) -> Loop:
     given = {name: value for name, value in settings.items() if name not in OF_RUNS}
     controller, estimator = given.pop("controller"), given.pop("estimator", None)
     if estimator is not None:
-        # The continuous whole is never asked for here; an estimator beside a law stands for it.
         seen = estimator.system if isinstance(estimator, LinearInjection) else estimator
-        whole = connect({"observer": seen, "law": controller}, {}, outputs=["law.u"], name="controller")
+        whole = joined(controller, seen, name="controller")
         controller = Parts(system=whole, law=controller, observer=estimator)
     return Loop(plant=plant, controller=controller, hardware=Hardware(**given))
 

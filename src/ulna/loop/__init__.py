@@ -10,7 +10,7 @@ from ulna.loop.guard import Guard
 from ulna.loop.hardware import Hardware
 from ulna.loop.limits import ConditionalIntegration, EndStop, Saturation, SlewLimit
 from ulna.loop.loop import Loop
-from ulna.loop.parts import Parts, parts_of
+from ulna.loop.parts import Parts, joined, parts_of
 from ulna.loop.sensors import MeasurementNoise, Quantiser
 from ulna.loop.step import Step
 from ulna.loop.wiring import TIME, Wiring
@@ -44,6 +44,7 @@ __all__ = [
     "Steps",
     "Wiring",
     "applied",
+    "joined",
     "parameters_of",
     "parts_of",
 ]

@@ -38,7 +38,7 @@ def applied(loop: Fitted) -> Kernel:
             if drive.measured:
                 mean = late + w.input("fraction") * (outputs[f"ua{k}"] - late) if loop.split else late
                 outputs[f"believed{k}"] = mean
-    return w.finished(outputs)
+    return loop.finished(w.finished(outputs))
 
 
 def pulse(w: Assembly, k: int, value: Scalar) -> tuple[Scalar, Scalar]:

@@ -63,6 +63,10 @@ class Fitted:
         """The formulas of a kernel in the processor's arithmetic."""
         return in_arithmetic(kernel, self.hardware.arithmetic)
 
+    def finished(self, kernel: Kernel) -> Kernel:
+        """A kernel put together of formulas and sums: without fused steps where the arithmetic has none."""
+        return kernel if self.hardware.arithmetic.fuses else in_arithmetic(kernel, self.hardware.arithmetic)
+
 
 def fitted(wiring: Wiring, hardware: Hardware, parameters: Mapping[str, float]) -> Fitted:
     """The hardware fitted to a wiring.

@@ -87,9 +87,16 @@ def flow(loop: Fitted, steps: Steps, formulas: Mapping[str, sp.Expr], *, ramps: 
     whole = _Plant(loop=loop, kernel=plant.main, steps=steps, ramps=ramps)
     return Flow(
         constants=plant.before,
-        outputs=_outputs(loop, plant.main),
-        motion=whole.motion(),
+        outputs=loop.finished(_outputs(loop, plant.main)),
+        motion=_finished(loop, whole.motion()),
         numbers=loop.numbers,
+    )
+
+
+def _finished(loop: Fitted, program: Program) -> Program:
+    return tuple(
+        Repeat(times=each.times, body=_finished(loop, each.body)) if isinstance(each, Repeat) else loop.finished(each)
+        for each in program
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ulna.base import SimulationError
-from ulna.system import LinearInjection, System
+from ulna.system import LinearInjection, System, connect
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,6 +39,27 @@ def parts_of(controller: Any) -> Parts:
         return Parts(system=whole, law=whole, states_first=bool(getattr(controller, "reads_states", False)))
     linear = observer if isinstance(observer, LinearInjection) else getattr(observer, "linear", None)
     return Parts(system=whole, law=_system(law), observer=_system(observer) if linear is None else linear)
+
+
+def joined(law: System, observer: System, *, name: str) -> System:
+    """Law and observer as one system: the law reads the estimate `<name>_hat` (or `<name>`) of each of its inputs.
+
+    Its inputs are the measured signals and the references, its outputs those of the law, then the estimates. The
+    observer reads what the law says, without limits.
+    """
+    estimates = [s.name for s in observer.outputs]
+    commands = {s.name for s in law.outputs}
+    wires = {f"observer.{s.name}": f"law.{s.name}" for s in observer.inputs if s.name in commands}
+    for signal in law.inputs:
+        known = [label for label in (f"{signal.name}_hat", signal.name) if label in estimates]
+        wires |= {f"law.{signal.name}": f"observer.{label}" for label in known[:1]}
+    return connect(
+        {"observer": observer, "law": law},
+        wires,
+        outputs=[*(f"law.{s.name}" for s in law.outputs), *(f"observer.{each}" for each in estimates)],
+        name=name,
+        text="observer and feedback law",
+    )
 
 
 def _system(given: Any) -> System:

@@ -42,4 +42,4 @@ class Step:
 
 def step(fitted: Fitted) -> Step:
     """The step of a loop with a processor."""
-    return Step(stages=(advance(fitted), command(fitted)), numbers=fitted.numbers)
+    return Step(stages=tuple(map(fitted.finished, (advance(fitted), command(fitted)))), numbers=fitted.numbers)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from ulna.base import DesignError, Verdict
 from ulna.design.control.law import Law
 from ulna.design.observers.observer import Observer
-from ulna.loop import Hardware, Loop
+from ulna.loop import Hardware, Loop, joined
 from ulna.plants import PlantLike, as_plant
-from ulna.system import System, SystemLike, as_system, connect
+from ulna.system import System, SystemLike, as_system
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +47,7 @@ def compensator(law: Law, observer: Observer | SystemLike) -> Compensator:
         claim = f"'{estimator.name}' converges to the states of '{plant.name}'"
         verdict = Verdict.undecided(claim, tried="nothing: it was not designed here")
         observer = Observer(plant=plant, system=estimator, polynomials=(), verdict=verdict)
-    estimates, taken = {s.name for s in estimator.outputs}, {s.name for s in estimator.inputs}
+    estimates = {s.name for s in estimator.outputs}
     missing = [s.name for s in plant.states if f"{s.name}_hat" not in estimates]
     if missing:
         raise DesignError(
@@ -55,15 +55,7 @@ def compensator(law: Law, observer: Observer | SystemLike) -> Compensator:
             f"the observer does not estimate {', '.join(missing)}.",
             "Design it for this plant.",
         )
-    wires = {f"law.{s.name}": f"observer.{s.name}_hat" for s in plant.states}
-    wires |= {f"observer.{s.name}": f"law.{s.name}" for s in plant.inputs if s.name in taken}
-    whole = connect(
-        {"observer": estimator, "law": law.system},
-        wires,
-        outputs=[*(f"law.{s.name}" for s in plant.inputs), *(f"observer.{s.name}_hat" for s in plant.states)],
-        name=f"compensator of {plant.name}",
-        text="observer and feedback law",
-    )
+    whole = joined(law.system, estimator, name=f"compensator of {plant.name}")
     return Compensator(law=law, observer=observer, system=whole)
 
 
