@@ -120,7 +120,7 @@ def make_loop(system: System, options: DesignOptions) -> LoopMade:
         UlnaError: as `make_design`; an observer without a law.
     """
     from ulna.base import DesignError
-    from ulna.design.control.compensator import close_loop
+    from ulna.design import close_loop
 
     if not options.law and not options.observer:
         _require_consistent(options)
@@ -185,7 +185,7 @@ def _require_consistent(options: DesignOptions) -> None:
 
 
 def _gains(options: DesignOptions) -> AbstractGainRule:
-    from ulna.design.control.gains import LinearQuadratic, Poles
+    from ulna.design import LinearQuadratic, Poles
 
     if options.controller_poles:
         return Poles(*pole_list(options.controller_poles))
