@@ -136,7 +136,7 @@ def given_states(system: System) -> dict[str, float]:
     """The states that the plant's file gives for its operating point, by name; zero where it gives none."""
     from ulna.system import given_point
 
-    return {state.name: float(value) for state, value in given_point(system).states.items()}
+    return given_point(system).numbers
 
 
 def make_design(system: System, options: DesignOptions) -> Controller:
