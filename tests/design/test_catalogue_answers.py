@@ -11,9 +11,9 @@ from answer_facts import Facts, facts
 from known_answers import CHECKS, complaint
 
 from ulna.design.analysis.analysis import analyse
-from ulna.design.forms.dynamic_extension import dynamic_extension
+from ulna.design.forms.extension import dynamic_extension
 from ulna.design.forms.flatness import flat_output
-from ulna.design.forms.normal_form import normal_form
+from ulna.design.forms.normal_coordinates import normal_form
 from ulna.plants import model, models
 
 ANSWERS = {entry.name: entry.answers for entry in models() if entry.answers}

@@ -12,10 +12,10 @@ import pytest
 import sympy as sp
 
 from ulna.base import NoFormError, UlnaError
-from ulna.design.forms.controller_form import controller_form
-from ulna.design.forms.linearisability import linearisability
+from ulna.design.forms.full_linearisation import controller_form
+from ulna.design.forms.linearisability_conditions import linearisability
 from ulna.design.forms.linearising_form import substituted_back
-from ulna.design.forms.linearising_outputs import last_row, linearises, linearising_outputs
+from ulna.design.forms.output_search import last_row, linearises, linearising_outputs
 from ulna.geometry.relative_degree import relative_degree_of
 from ulna.symbolic.exact.linear import inverse_last_row
 from ulna.symbolic.exact.rank import generic_rank

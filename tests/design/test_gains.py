@@ -3,7 +3,7 @@ import pytest
 import sympy as sp
 
 from ulna.base import DesignError, UlnaWarning
-from ulna.design.control.gains import LinearQuadratic, Poles
+from ulna.design.gains import LinearQuadratic, Poles
 
 
 def test_the_papers_poles_give_the_papers_gains_exactly():

@@ -10,10 +10,10 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from ulna.base import NoFormError
-from ulna.design.forms.controller_form import controller_form
-from ulna.design.forms.linearisability import linearisability
+from ulna.design.forms.full_linearisation import controller_form
+from ulna.design.forms.linear_coordinates import state_linearisation
+from ulna.design.forms.linearisability_conditions import linearisability
 from ulna.design.forms.linearising_form import substituted_back
-from ulna.design.forms.state_linearisation import state_linearisation
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.system import Signal, System
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from ulna.base import Verdict
-from ulna.design.internal.minimum_phase import minimum_phase
-from ulna.design.internal.zero_dynamics import zero_dynamics
+from ulna.design.internal.output_zeroing import zero_dynamics
+from ulna.design.internal.phase import minimum_phase
 from ulna.system import system_from_mapping
 
 

@@ -7,12 +7,12 @@ import sympy as sp
 from observer_plants import MEASURED, Y, disguised, random_disguise
 
 from ulna.base import NoFormError
+from ulna.design.observers.bracket_conditions import observer_conditions
 from ulna.design.observers.observer_check import check_observer_form
-from ulna.design.observers.observer_conditions import observer_conditions
-from ulna.design.observers.observer_form import ObserverForm, find_observer_form, observer_form
+from ulna.design.observers.observer_coordinates import ObserverForm, find_observer_form, observer_form
 from ulna.design.observers.observer_refutation import refutation_at_a_point
 from ulna.design.observers.output_functions import output_section
-from ulna.design.observers.output_transformation import output_transformation, transformed_observer_form
+from ulna.design.observers.transformed_output import output_transformation, transformed_observer_form
 from ulna.geometry.observability import observability
 from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, control_affine, read_system, system_from_mapping

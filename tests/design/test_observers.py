@@ -6,12 +6,12 @@ import pytest
 import sympy as sp
 
 from ulna.base import DesignError, NoFormError
-from ulna.design.control.gains import Poles
+from ulna.design.gains import Poles
 from ulna.design.observers.extended_kalman import KalmanNoise, extended_kalman_filter
 from ulna.design.observers.high_gain import high_gain_observer
 from ulna.design.observers.observer import error_matrix, exact_observer, gains_in_form, injected_observer
-from ulna.design.observers.observer_form import observer_form
-from ulna.design.observers.output_transformation import transformed_observer_form
+from ulna.design.observers.observer_coordinates import observer_form
+from ulna.design.observers.transformed_output import transformed_observer_form
 from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, read_system, system_from_mapping
 

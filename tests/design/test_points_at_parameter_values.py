@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ulna.design.forms.linearisability import linearisability
+from ulna.design.forms.linearisability_conditions import linearisability
 from ulna.geometry.accessibility import accessibility
 from ulna.geometry.observability import observability
 from ulna.geometry.relative_degree import relative_degree

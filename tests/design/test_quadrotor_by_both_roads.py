@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from ulna.design.analysis.analysis import analyse
-from ulna.design.forms.compiled_law import compiled_law
+from ulna.design.forms.law_kernel import compiled_law
 from ulna.plants import flexible_joint_arm, model
 from ulna.program import to_numpy
 from ulna.symbolic.compiling import kernel

@@ -9,7 +9,7 @@ import sympy as sp
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from ulna.design.forms.state_linearisation import StateLinearisation, state_linearisation
+from ulna.design.forms.linear_coordinates import StateLinearisation, state_linearisation
 from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, control_affine, system_from_mapping
 

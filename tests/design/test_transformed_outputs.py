@@ -5,8 +5,8 @@ from __future__ import annotations
 import sympy as sp
 
 from ulna.base import Status
-from ulna.design.observers.observer_form import find_observer_form
-from ulna.design.observers.output_transformation import OutputTransformation, output_transformation
+from ulna.design.observers.observer_coordinates import find_observer_form
+from ulna.design.observers.transformed_output import OutputTransformation, output_transformation
 from ulna.geometry.lie import lie_derivative
 from ulna.symbolic.exact.zero import are_zero
 from ulna.system import System, system_from_mapping

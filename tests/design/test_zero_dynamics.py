@@ -11,9 +11,9 @@ from output_plants import PLANTS, UNICYCLE, plant
 from ulna.base import UlnaError
 from ulna.base.verdict import Status
 from ulna.design.forms.input_output import input_output_form
-from ulna.design.forms.normal_form import normal_form
-from ulna.design.internal.minimum_phase import minimum_phase
-from ulna.design.internal.zero_dynamics import ZeroDynamics, zero_dynamics
+from ulna.design.forms.normal_coordinates import normal_form
+from ulna.design.internal.output_zeroing import ZeroDynamics, zero_dynamics
+from ulna.design.internal.phase import minimum_phase
 from ulna.geometry.lie import lie_derivative
 from ulna.symbolic.exact.zero import is_zero
 from ulna.system import control_affine, system_from_mapping

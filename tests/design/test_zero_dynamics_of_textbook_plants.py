@@ -12,12 +12,12 @@ import pytest
 import sympy as sp
 
 from ulna.base import Status, Verdict
-from ulna.design.forms.dynamic_extension import dynamic_extension
+from ulna.design.forms.extension import dynamic_extension
 from ulna.design.forms.flatness import flat_output
 from ulna.design.forms.input_output import input_output_form
-from ulna.design.forms.normal_form import normal_form
-from ulna.design.internal.minimum_phase import minimum_phase
-from ulna.design.internal.zero_dynamics import ZeroDynamics, zero_dynamics
+from ulna.design.forms.normal_coordinates import normal_form
+from ulna.design.internal.output_zeroing import ZeroDynamics, zero_dynamics
+from ulna.design.internal.phase import minimum_phase
 from ulna.geometry.lie import lie_derivative
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.zero import is_zero

@@ -10,8 +10,8 @@ import sympy as sp
 
 import ulna
 from ulna.base import NoFormError, Status, UlnaError
-from ulna.design.forms.controller_form import controller_form
-from ulna.design.forms.linearisability import linearisability
+from ulna.design.forms.full_linearisation import controller_form
+from ulna.design.forms.linearisability_conditions import linearisability
 from ulna.geometry.accessibility import accessibility
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.relative_degree import relative_degree

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "ulna"
 
@@ -89,3 +91,34 @@ def test_nothing_inside_imports_names_from_the_lazy_top_package() -> None:
 def test_an_import_from_the_lazy_top_package_is_noticed() -> None:
     assert _imports_of_the_top_package("import ulna.base\nfrom ulna import __version__\n") == []
     assert _imports_of_the_top_package("from ulna import Verdict\nimport ulna\n") == [1, 2]
+
+
+CLOSED = ("plants", "system")
+"""Packages that others import through their fronts only."""
+
+
+def _inner_imports(text: str, package: str) -> list[int]:
+    """The lines that import a file of a package, not its front."""
+    inside = f"ulna.{package}."
+    return [
+        node.lineno
+        for node in ast.walk(ast.parse(text))
+        if (isinstance(node, ast.ImportFrom) and (node.module or "").startswith(inside))
+        or (isinstance(node, ast.Import) and any(alias.name.startswith(inside) for alias in node.names))
+    ]
+
+
+@pytest.mark.parametrize("package", CLOSED)
+def test_other_packages_import_the_front_not_its_files(package: str) -> None:
+    found = {
+        f"{path.relative_to(ROOT)}:{line}"
+        for path in SOURCE.rglob("*.py")
+        if path.relative_to(SOURCE).parts[0] != package
+        for line in _inner_imports(path.read_text(encoding="utf-8"), package)
+    }
+    assert not found
+
+
+def test_an_import_past_a_front_is_noticed() -> None:
+    assert _inner_imports("from ulna.system import System\nimport ulna.system\n", "system") == []
+    assert _inner_imports("from ulna.system.signal import to_si\nimport ulna.system.file\n", "system") == [1, 2]

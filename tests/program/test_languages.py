@@ -26,8 +26,6 @@ from ulna.program import (
     to_python,
 )
 
-LIBRARY = (Operation.EXP, Operation.LOG, Operation.POW, Operation.SIN, Operation.COS, Operation.TANH)
-
 needs_gcc = pytest.mark.skipif(GCC is None, reason="there is no gcc")
 needs_node = pytest.mark.skipif(node() is None, reason="there is no node")
 
@@ -36,32 +34,36 @@ def by_numpy(kernels: list[Kernel], x: np.ndarray, precision: Precision = Precis
     return np.concatenate([to_numpy(k, precision=precision)(*x[: len(k.inputs)]) for k in kernels])
 
 
-def plain(count: int, precision: Precision = Precision.DOUBLE) -> list[Kernel]:
-    return [in_arithmetic(random_kernel(k, exclude=LIBRARY), Plain(precision=precision)) for k in range(count)]
+def plain(count: int, precision: Precision = Precision.DOUBLE, exclude: tuple[Operation, ...] = ()) -> list[Kernel]:
+    return [in_arithmetic(random_kernel(k, exclude=exclude), Plain(precision=precision)) for k in range(count)]
+
+
+# One of these takes Numba seconds to compile.
+LONG = (Operation.POW, Operation.ASINH, Operation.ACOSH, Operation.ATANH, Operation.SINH, Operation.COSH)
 
 
 def test_python_agrees_with_numpy() -> None:
-    x, kernels = points(3, 20, 1), plain(12)
+    x, kernels = points(3, 10, 1), plain(12)
     scalars = [np.array([to_python(k)(*map(float, c[: len(k.inputs)])) for c in x.T]).T for k in kernels]
     assert same_bits(np.concatenate(scalars), by_numpy(kernels, x))
 
 
 def test_numba_agrees_with_numpy() -> None:
-    x, kernels = points(3, 300, 2), plain(8)
+    x, kernels = points(3, 300, 2), plain(5, exclude=LONG)
     assert same_bits(by_numba(kernels, x), by_numpy(kernels, x))
 
 
 @needs_gcc
 @pytest.mark.parametrize("precision", Precision)
 def test_c_agrees_with_numpy(tmp_path: Path, precision: Precision) -> None:
-    x, kernels = points(3, 300, 3), plain(80, precision)
+    x, kernels = points(3, 300, 3), plain(25, precision)
     assert same_bits(by_c(kernels, x, tmp_path, precision), by_numpy(kernels, x, precision))
 
 
 @needs_node
 @pytest.mark.parametrize("precision", Precision)
 def test_javascript_agrees_with_numpy(tmp_path: Path, precision: Precision) -> None:
-    x, kernels = points(3, 300, 4), plain(80, precision)
+    x, kernels = points(3, 300, 4), plain(25, precision)
     assert same_bits(by_node(kernels, x, tmp_path, precision), by_numpy(kernels, x, precision))
 
 
@@ -69,7 +71,7 @@ def test_javascript_agrees_with_numpy(tmp_path: Path, precision: Precision) -> N
 @pytest.mark.parametrize("precision", Precision)
 def test_fused_kernels_agree_in_c(tmp_path: Path, precision: Precision) -> None:
     arithmetic = Fused(precision=precision)
-    kernels = [in_arithmetic(random_kernel(k, exclude=LIBRARY), arithmetic) for k in range(40)]
+    kernels = [in_arithmetic(random_kernel(k), arithmetic) for k in range(15)]
     x = points(3, 200, 5)
     assert same_bits(by_c(kernels, x, tmp_path, precision), by_numpy(kernels, x, precision))
 
@@ -85,8 +87,8 @@ def _one(operation: Operation, names: tuple[str, ...] = ("x",)) -> Kernel:
 @needs_node
 def test_a_difference_in_the_last_bit_is_noticed(tmp_path: Path) -> None:
     x = points(3, 300, 6)
-    fused = [in_arithmetic(random_kernel(k, exclude=LIBRARY), Fused()) for k in range(20)]
-    assert not same_bits(by_c(fused, x, tmp_path), by_numpy(plain(20), x))
+    fused = [in_arithmetic(random_kernel(k, exclude=LONG), Fused()) for k in range(8)]
+    assert not same_bits(by_c(fused, x, tmp_path), by_numpy(plain(8, exclude=LONG), x))
     assert not same_bits(np.array([0.0]), np.array([-0.0]))
     assert not same_bits(np.array([1.0]), np.array([1.0 + 2.0**-52]))
 

@@ -16,13 +16,11 @@ import numpy as np
 from ulna.program import (
     C_FLAGS,
     HEADER,
-    TEMPLATES,
+    PYTHON,
     Kernel,
-    Operation,
     Precision,
     c_header,
     compiled,
-    literal,
     to_c,
     to_javascript,
 )
@@ -42,22 +40,28 @@ def node() -> str | None:
 
 def lines_of(kernel: Kernel, first: int) -> list[str]:
     """The kernel inside a loop over columns of `x`, results from row `first` of `out` on."""
-    names = [f"x[{k}, l]" for k in range(len(kernel.inputs))]
-    lines = []
-    for position, instruction in enumerate(kernel.instructions):
-        if instruction.operation is Operation.CONSTANT:
-            names.append(literal(instruction))
-            continue
-        names.append(f"v{position}")
-        text = TEMPLATES[instruction.operation].format(*(names[k] for k in instruction.operands))
-        lines.append(f"v{position} = {text}")
-    return lines + [f"out[{first + k}, l] = {names[result]}" for k, result in enumerate(kernel.results)]
+    pairs, results = PYTHON.statements(kernel, [f"x[{k}, l]" for k in range(len(kernel.inputs))])
+    lines = [f"{name} = {text}" for name, text in pairs]
+    return lines + [f"out[{first + k}, l] = {text}" for k, text in enumerate(results)]
 
 
 def by_numba(
     kernels: Sequence[Kernel], x: np.ndarray, lines: Callable[[Kernel, int], list[str]] = lines_of
 ) -> np.ndarray:
     """All outputs of all kernels one below the other, compiled as one module."""
+    out = np.zeros((sum(len(kernel.outputs) for kernel in kernels), x.shape[1]))
+    compiled(_source(kernels, lines))(x, out)
+    return out
+
+
+def inspected(kernels: Sequence[Kernel]) -> str:
+    """The machine code that Numba makes of them."""
+    namespace: dict[str, Any] = {"CACHE": False}
+    exec(_source(kernels, lines_of), namespace)  # noqa: S102 - the generated source is what is tested
+    return "\n".join(namespace["loop"].inspect_asm().values())
+
+
+def _source(kernels: Sequence[Kernel], lines: Callable[[Kernel, int], list[str]]) -> str:
     text, first = "", 0
     for kernel in kernels:
         text += "    for l in range(x.shape[1]):\n"
@@ -66,9 +70,7 @@ def by_numba(
     head = (
         '@numba.njit("void(float64[:, ::1], float64[:, ::1])", error_model="numpy", cache=CACHE)\ndef loop(x, out):\n'
     )
-    out = np.zeros((first, x.shape[1]))
-    compiled(HEADER + head + text)(x, out)
-    return out
+    return HEADER + head + text
 
 
 def by_c(kernels: Sequence[Kernel], x: np.ndarray, folder: Path, precision: Precision = Precision.DOUBLE) -> np.ndarray:

@@ -11,12 +11,21 @@ from ulna.program import InstructionList, Kernel, Operation, pruned
 
 UNARY = (
     *(Operation.NEG, Operation.SQRT, Operation.ABS, Operation.SIGN, Operation.FLOOR, Operation.NOT),
-    *(Operation.SIN, Operation.COS, Operation.TANH, Operation.EXP, Operation.LOG),
+    *(Operation.SIN, Operation.COS, Operation.TANH, Operation.EXP, Operation.LOG, Operation.TAN, Operation.ASIN),
+    *(
+        Operation.ACOS,
+        Operation.ATAN,
+        Operation.SINH,
+        Operation.COSH,
+        Operation.ASINH,
+        Operation.ACOSH,
+        Operation.ATANH,
+    ),
 )
 BINARY = (
     *(Operation.ADD, Operation.SUB, Operation.MUL, Operation.DIV) * 3,
     *(Operation.MIN, Operation.MAX, Operation.LESS, Operation.LESS_EQUAL, Operation.EQUAL),
-    *(Operation.AND, Operation.OR, Operation.POW),
+    *(Operation.AND, Operation.OR, Operation.POW, Operation.ATAN2),
 )
 CONSTANTS = (0.0, -0.0, 1.0, -1.0, 2.0, 0.5, -3.25, 1.0 / 3.0, 1e300, 5e-324, math.inf, -math.inf, math.nan, 0.1)
 SPECIAL = np.array([*CONSTANTS, -1e-310, 2.0**52, 2.0**51 + 0.5, 1.5, -2.5, 1e22, -1.7e308, math.pi, -math.pi / 2])

@@ -10,7 +10,7 @@ from ulna.cli.session import console, line, plant, print_json, progress
 
 if TYPE_CHECKING:
     from ulna.base.verdict import Verdict
-    from ulna.design.analysis.analysis import Analysis
+    from ulna.design import Analysis
 
 _COLOURS = {"proved": "green", "refuted": "red", "supported": "yellow", "undecided": "dim"}
 
@@ -25,7 +25,7 @@ def analyse(
     Relative degree, controllability, involutivity, full-state and state-only linearisation, observability, observer
     form, zero dynamics, dynamic extension: docs/analysis.md says what each key means.
     """
-    from ulna.design.analysis.analysis import analyse as analyse_system
+    from ulna.design import analyse as analyse_system
 
     system = plant(name)
     with progress(f"analysing '{system.name}'"):

@@ -120,7 +120,7 @@ def make_loop(system: System, options: DesignOptions) -> LoopMade:
         UlnaError: as `make_design`; an observer without a law.
     """
     from ulna.base import DesignError
-    from ulna.design.control.compensator import close_loop
+    from ulna.design import close_loop
 
     if not options.law and not options.observer:
         _require_consistent(options)
@@ -136,7 +136,7 @@ def given_states(system: System) -> dict[str, float]:
     """The states that the plant's file gives for its operating point, by name; zero where it gives none."""
     from ulna.system import given_point
 
-    return {state.name: float(value) for state, value in given_point(system).states.items()}
+    return given_point(system).numbers
 
 
 def make_design(system: System, options: DesignOptions) -> Controller:
@@ -185,7 +185,7 @@ def _require_consistent(options: DesignOptions) -> None:
 
 
 def _gains(options: DesignOptions) -> AbstractGainRule:
-    from ulna.design.control.gains import LinearQuadratic, Poles
+    from ulna.design import LinearQuadratic, Poles
 
     if options.controller_poles:
         return Poles(*pole_list(options.controller_poles))

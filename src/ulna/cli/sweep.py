@@ -46,7 +46,7 @@ from ulna.cli.sweep_answers import answers, draw_answers, leading_figure, print_
 
 if TYPE_CHECKING:
     from ulna.campaign import Progress
-    from ulna.design.control.compensator import ClosedLoop
+    from ulna.design import ClosedLoop
     from ulna.sim import Continuous, Sampled
     from ulna.system import System
 

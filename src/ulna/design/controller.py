@@ -7,19 +7,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ulna.base import DesignError, NoFormError, UlnaWarning
-from ulna.design.control.compensator import Compensator, compensator
-from ulna.design.control.gains import Gains
-from ulna.design.control.law import Law, state_feedback
-from ulna.design.control.reference import AbstractReference
-from ulna.design.forms.controller_form import controller_form
-from ulna.design.forms.input_output import input_output_form
-from ulna.design.internal.minimum_phase import minimum_phase
-from ulna.design.internal.zero_dynamics import zero_dynamics
-from ulna.design.observers.extended_kalman import KalmanNoise, extended_kalman_filter
-from ulna.design.observers.high_gain import HighGain, high_gain_observer
-from ulna.design.observers.observer import Observer, exact_observer
-from ulna.design.observers.observer_form import observer_form
-from ulna.design.observers.output_transformation import transformed_observer_form
+from ulna.design.control import AbstractReference, Compensator, Law, compensator, state_feedback
+from ulna.design.forms import controller_form, input_output_form
+from ulna.design.gains import Gains
+from ulna.design.internal import minimum_phase, zero_dynamics
+from ulna.design.observers import (
+    HighGain,
+    KalmanNoise,
+    Observer,
+    exact_observer,
+    extended_kalman_filter,
+    high_gain_observer,
+    observer_form,
+    transformed_observer_form,
+)
 from ulna.plants import PlantLike, as_plant
 from ulna.system import System
 

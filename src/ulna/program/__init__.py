@@ -15,7 +15,7 @@ from ulna.program.kernel import Kernel, restricted, without_inputs
 from ulna.program.linear_kernel import joined, solved
 from ulna.program.lowering.c import C_FLAGS, c_header, to_c
 from ulna.program.lowering.javascript import to_javascript
-from ulna.program.lowering.numba import GPU_HEADER, HEADER, TEMPLATES, cache_folder, compiled, literal
+from ulna.program.lowering.numba import GPU_HEADER, HEADER, PYTHON, TEMPLATES, cache_folder, compiled, literal
 from ulna.program.lowering.numpy import to_numpy
 from ulna.program.lowering.python_source import to_python, to_python_source
 from ulna.program.modes import MODE, Moded, with_modes
@@ -33,6 +33,7 @@ __all__ = [
     "HEADER",
     "HOISTED",
     "MODE",
+    "PYTHON",
     "TEMPLATES",
     "AbstractArithmetic",
     "Assembly",

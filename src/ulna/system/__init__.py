@@ -1,6 +1,6 @@
 """`System` and what is made of one: its file, its control-affine view, its linearisation; `connect` joins systems."""
 
-from ulna.system.affine import NON_SMOOTH, ControlAffine, control_affine, non_smooth_terms
+from ulna.system.affine import NON_SMOOTH, ControlAffine, control_affine
 from ulna.system.connection import connect
 from ulna.system.equilibrium_point import Equilibrium, PointLike
 from ulna.system.equilibrium_range import Equilibria, equilibria
@@ -42,7 +42,6 @@ __all__ = [
     "known_signs",
     "linearise",
     "newton",
-    "non_smooth_terms",
     "read_system",
     "system_from_mapping",
     "system_kernel",

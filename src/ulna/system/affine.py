@@ -86,11 +86,6 @@ def _control_affine(system: System) -> ControlAffine:
     )
 
 
-def non_smooth_terms(view: ControlAffine) -> tuple[sp.Expr, ...]:
-    """The terms (abs, sign, Piecewise, …) of f, g and h that have no derivatives everywhere."""
-    return tuple(sorted((view.f.atoms(*NON_SMOOTH) | view.g.atoms(*NON_SMOOTH) | view.h.atoms(*NON_SMOOTH)), key=str))
-
-
 def _require_free_of_inputs(
     system: System, state: str, rate: sp.Expr, slope: sp.Expr, inputs: tuple[sp.Symbol, ...]
 ) -> None:

@@ -6,17 +6,19 @@ from collections.abc import Callable, Mapping
 
 from ulna.base import Verdict
 from ulna.design.analysis.answer import Answer, decided, not_applicable
-from ulna.design.forms.controller_form import controller_form
-from ulna.design.forms.dynamic_extension import dynamic_extension
-from ulna.design.forms.input_output import input_output_form
-from ulna.design.forms.linearisability import linearisability
-from ulna.design.forms.linearising_form import LinearisingForm
-from ulna.design.forms.linearising_outputs import LinearisingOutputs, last_row, linearising_outputs
-from ulna.design.forms.state_linearisation import state_linearisation
-from ulna.design.internal.minimum_phase import minimum_phase
-from ulna.design.internal.zero_dynamics import zero_dynamics
-from ulna.design.observers.observer_form import ObserverForm, find_observer_form
-from ulna.design.observers.output_transformation import output_transformation
+from ulna.design.forms import (
+    LinearisingForm,
+    LinearisingOutputs,
+    controller_form,
+    dynamic_extension,
+    input_output_form,
+    last_row,
+    linearisability,
+    linearising_outputs,
+    state_linearisation,
+)
+from ulna.design.internal import minimum_phase, zero_dynamics
+from ulna.design.observers import ObserverForm, find_observer_form, output_transformation
 from ulna.geometry.accessibility import accessibility
 from ulna.geometry.diffeomorphism import new_symbols
 from ulna.geometry.observability import observability

@@ -1,1 +1,37 @@
 """Gains, references, laws, compensators and the loops they close."""
+
+from ulna.design.control.cascade import InnerLoop, close_cascade, inner_loop
+from ulna.design.control.grid import LoopGrid, loop_grid
+from ulna.design.control.law import Law, state_feedback
+from ulna.design.control.load_robust import LoadRobust, load_robust_compensator
+from ulna.design.control.offset import PermanentOffset, permanent_offset
+from ulna.design.control.output_feedback import Compensator, close_loop, compensator
+from ulna.design.control.reference import AbstractReference, Regulate, SetPoint, Track
+from ulna.design.control.sampled_stability import sampled_grid, sampling_advice
+from ulna.design.control.singular_perturbation import SETTLED, ReducedOrder, reduced_order
+
+__all__ = [
+    "SETTLED",
+    "AbstractReference",
+    "Compensator",
+    "InnerLoop",
+    "Law",
+    "LoadRobust",
+    "LoopGrid",
+    "PermanentOffset",
+    "ReducedOrder",
+    "Regulate",
+    "SetPoint",
+    "Track",
+    "close_cascade",
+    "close_loop",
+    "compensator",
+    "inner_loop",
+    "load_robust_compensator",
+    "loop_grid",
+    "permanent_offset",
+    "reduced_order",
+    "sampled_grid",
+    "sampling_advice",
+    "state_feedback",
+]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ulna.base import DesignError
-from ulna.design.control.gains import Gains, gain_rule
+from ulna.design.gains import Gains, gain_rule
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.simplify import tidy
 from ulna.system import Signal, System, SystemLike, as_system, connect

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base.errors import DesignError, UlnaWarning
-from ulna.design.control.gains import Gains, gain_rule, roots_of
 from ulna.design.control.reference import AbstractReference, ReferenceChain, Regulate
-from ulna.design.forms.controller_form import controller_form
-from ulna.design.forms.linearising_form import LinearisingForm
-from ulna.design.forms.normal_form import NormalForm
+from ulna.design.forms import LinearisingForm, NormalForm, controller_form
+from ulna.design.gains import Gains, gain_rule, roots_of
 from ulna.plants import PlantLike
 from ulna.symbolic.exact.simplify import shortened
 from ulna.symbolic.exact.zero import SampledZero, is_zero

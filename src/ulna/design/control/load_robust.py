@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base import Verdict
-from ulna.design.control.compensator import Compensator, compensator
-from ulna.design.control.gains import Gains
 from ulna.design.control.law import state_feedback
-from ulna.design.control.reduced_order import ReducedOrder, reduced_order
+from ulna.design.control.output_feedback import Compensator, compensator
 from ulna.design.control.reference import AbstractReference, SetPoint
-from ulna.design.forms.input_output import input_output_form
-from ulna.design.observers.extended_state_observer import extended_state_observer, with_disturbance
+from ulna.design.control.singular_perturbation import ReducedOrder, reduced_order
+from ulna.design.forms import input_output_form
+from ulna.design.gains import Gains
+from ulna.design.observers import extended_state_observer, with_disturbance
 from ulna.plants import PlantLike, as_plant
 from ulna.system import Signal, System
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ulna.base import DesignError, Verdict
-from ulna.design.control.compensator import Compensator, close_loop
+from ulna.design.control.grid import LoopGrid, loop_grid
 from ulna.design.control.law import Law
-from ulna.design.control.loop_grid import LoopGrid, loop_grid
+from ulna.design.control.output_feedback import Compensator, close_loop
 from ulna.symbolic.compiling import batch_jacobian, batch_vector
 from ulna.system import System
 

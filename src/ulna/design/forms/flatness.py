@@ -8,7 +8,7 @@ import sympy as sp
 
 from ulna.base.errors import PlantError
 from ulna.base.verdict import Verdict
-from ulna.design.forms.dynamic_extension import dynamic_extension
+from ulna.design.forms.extension import dynamic_extension
 from ulna.geometry.relative_degree import relative_degree_of
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas.text import formula

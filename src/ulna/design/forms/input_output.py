@@ -8,7 +8,7 @@ import sympy as sp
 
 from ulna.base.errors import NoFormError
 from ulna.base.verdict import Verdict
-from ulna.design.forms.linearising_form import LinearisingForm, linearising_form
+from ulna.design.forms.linearising_form import LinearisingForm, form_of
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree, relative_degree_of
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas.text import formula
@@ -35,7 +35,7 @@ def input_output_form(system: PlantLike, *, at: Mapping[sp.Symbol, sp.Expr] | No
         point = {**equilibrium(system).where, **at}
         degree = relative_degree_of(degree.outputs, degree.view, point=point)
     _require_invertible(degree, asked)
-    form = linearising_form(degree, degree.invertible)
+    form = form_of(degree, degree.invertible)
     if at is not None and not form.at_point.holds:
         raise NoFormError(
             asked,

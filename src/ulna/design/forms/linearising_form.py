@@ -162,7 +162,7 @@ class LinearisingForm:
         return f"$$z = {expression_latex(self.chain)},\\quad u = {expression_latex(self.control)}$$"
 
 
-def linearising_form(relative: RelativeDegree, verdict: Verdict) -> LinearisingForm:
+def form_of(relative: RelativeDegree, verdict: Verdict) -> LinearisingForm:
     """The form of outputs whose decoupling matrix is generically invertible.
 
     Args:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import sympy as sp
@@ -26,17 +26,17 @@ class EquilibriumStability:
 
     Attributes:
         system: the system without inputs.
-        equilibrium: value by state symbol; empty if there is none (or no state).
         stability: the class.
-        eigenvalues: of the linearisation, as text.
         verdict: on "the equilibrium is …", or undecided; its evidence tells what decided, block by block.
+        equilibrium: value by state symbol; empty if there is none (or no state).
+        eigenvalues: of the linearisation, as text.
     """
 
     system: System
-    equilibrium: Mapping[sp.Symbol, sp.Expr]
     stability: StabilityClass
-    eigenvalues: tuple[str, ...]
     verdict: Verdict
+    equilibrium: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    eigenvalues: tuple[str, ...] = ()
 
 
 def equilibrium_stability(
@@ -62,11 +62,11 @@ def equilibrium_stability(
         )
     if not system.states:
         verdict = Verdict.proved("the equilibrium is exponentially stable", reason="there are no states")
-        return _answer(system, {}, StabilityClass.EXPONENTIAL, (), verdict)
+        return EquilibriumStability(system=system, stability=StabilityClass.EXPONENTIAL, verdict=verdict)
     with time_budget(seconds):
         return _classified(system, equilibrium_in_numbers(system).states if near is None else near)
     verdict = Verdict.undecided(_CLAIM, tried=f"out of time after {seconds:g} s")
-    return _answer(system, {}, StabilityClass.UNDECIDED, (), verdict)
+    return EquilibriumStability(system=system, stability=StabilityClass.UNDECIDED, verdict=verdict)
 
 
 def _classified(system: System, near: Mapping[sp.Symbol, sp.Expr]) -> EquilibriumStability:
@@ -77,12 +77,12 @@ def _classified(system: System, near: Mapping[sp.Symbol, sp.Expr]) -> Equilibriu
     rough = [r for r in rates if r.has(*NON_SMOOTH)]
     if rough:
         verdict = Verdict.undecided(_CLAIM, tried=f"{rough[0]} is not smooth")
-        return _answer(system, {}, StabilityClass.UNDECIDED, (), verdict)
+        return EquilibriumStability(system=system, stability=StabilityClass.UNDECIDED, verdict=verdict)
     try:
         found = equilibrium(system, near=near, exact=True, digits=_DIGITS)
     except PlantError as error:
         verdict = Verdict.undecided(_CLAIM, reason=error.found)
-        return _answer(system, {}, StabilityClass.UNDECIDED, (), verdict)
+        return EquilibriumStability(system=system, stability=StabilityClass.UNDECIDED, verdict=verdict)
     shown = dict(found.states)
     if not found.exact:
         return _approximate(system, rates, x, found)
@@ -94,22 +94,9 @@ def _classified(system: System, near: Mapping[sp.Symbol, sp.Expr]) -> Equilibriu
     stability, evidence = _combined(blocks, judged, shifted, x)
     eigenvalues = tuple(root for one in judged for root in one.location.roots)
     evidence = {"eigenvalues": eigenvalues, "equilibrium": shown, **evidence}
-    return _answer(system, shown, stability, eigenvalues, _verdict(stability, evidence))
-
-
-def _answer(
-    system: System,
-    equilibrium: Mapping[sp.Symbol, sp.Expr],
-    stability: StabilityClass,
-    eigenvalues: tuple[str, ...],
-    verdict: Verdict,
-) -> EquilibriumStability:
+    verdict = _verdict(stability, evidence)
     return EquilibriumStability(
-        system=system,
-        equilibrium=dict(equilibrium),
-        stability=stability,
-        eigenvalues=eigenvalues,
-        verdict=verdict,
+        system=system, stability=stability, verdict=verdict, equilibrium=shown, eigenvalues=eigenvalues
     )
 
 
@@ -135,14 +122,16 @@ def _approximate(
     A = sp.Matrix(list(rates)).jacobian(list(x)).xreplace(point).evalf(digits)
     location = eigenvalue_location(A.applyfunc(lambda e: sp.Rational(str(e))))
     real = [abs(float(sp.re(sp.sympify(r.replace("i", "*I"))))) for r in location.roots]  # noqa: TID251
-    if (
-        not location.verdict.holds or not real or min(real) < max(1e-9, 10 ** (-digits / 4))
-    ):  # fourfold roots move that far
+    # So far a fourfold root moves with the last digit.
+    if location.verdict.holds and real and min(real) >= max(1e-9, 10 ** (-digits / 4)):
+        stability = StabilityClass.UNSTABLE if location.unstable else StabilityClass.EXPONENTIAL
+        verdict = Verdict.supported(_SAID[stability], eigenvalues=location.roots, equilibrium=point, digits=digits)
+    else:
+        stability = StabilityClass.UNDECIDED
         verdict = Verdict.undecided(_CLAIM, tried="an equilibrium in decimals with eigenvalues next to the axis")
-        return _answer(system, point, StabilityClass.UNDECIDED, location.roots, verdict)
-    stability = StabilityClass.UNSTABLE if location.unstable else StabilityClass.EXPONENTIAL
-    verdict = Verdict.supported(_SAID[stability], eigenvalues=location.roots, equilibrium=point, digits=digits)
-    return _answer(system, point, stability, location.roots, verdict)
+    return EquilibriumStability(
+        system=system, stability=stability, verdict=verdict, equilibrium=point, eigenvalues=location.roots
+    )
 
 
 def _blocks(rates: Sequence[sp.Expr], x: Sequence[sp.Symbol]) -> list[list[sp.Symbol]]:

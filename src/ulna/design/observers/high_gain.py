@@ -13,7 +13,7 @@ import sympy as sp
 
 from ulna.base.errors import DesignError, NoFormError
 from ulna.base.verdict import Verdict, all_of
-from ulna.design.control.gains import Gains, gain_rule
+from ulna.design.gains import Gains, gain_rule
 from ulna.design.observers.observer import (
     Observer,
     controlled_rates,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base.verdict import Verdict
-from ulna.design.observers.observer_conditions import lowest_terms
+from ulna.design.observers.bracket_conditions import lowest_terms
 from ulna.design.observers.output_functions import OutputSection, integral_over_output
 from ulna.geometry.lie import lie_bracket, lie_derivative
 from ulna.symbolic.exact.simplify import tidy

@@ -23,7 +23,7 @@ from ulna.base.verdict import Verdict
 from ulna.design.observers.connection_at_points import refuted_by_two_points
 from ulna.design.observers.observer_blocks import BlockFrame, block_frame
 from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs
-from ulna.design.observers.observer_form import ObserverForm
+from ulna.design.observers.observer_coordinates import ObserverForm
 from ulna.design.observers.output_functions import OutputSection, exponential, integral_over_output, output_section
 from ulna.geometry.observability import observability
 from ulna.symbolic.exact.simplify import tidy

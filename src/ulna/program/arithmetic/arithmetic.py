@@ -6,8 +6,10 @@ Written out, a function gives the same bits in any language that has the element
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import ABC
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from ulna.program.instructions import Operation
 from ulna.program.precision import Precision
@@ -17,16 +19,20 @@ from ulna.program.scalar import Scalar
 class AbstractArithmetic(ABC):
     """The steps a kernel may consist of."""
 
+    fuses: ClassVar[bool]
+    """Whether a product and the sum that it enters are rounded once."""
     precision: Precision
-
-    @property
-    @abstractmethod
-    def fuses(self) -> bool:
-        """Whether a product and the sum that it enters are rounded once."""
 
     def plus_product(self, a: Scalar, b: Scalar | float, c: Scalar | float) -> Scalar:
         """a·b + c."""
         return a.apply(Operation.FMA, b, c) if self.fuses else a * b + c
+
+    def polynomial(self, x: Scalar, coefficients: Sequence[float]) -> Scalar:
+        """Σ c_k x^k by Horner's rule, the constant term first."""
+        value = x.like(coefficients[-1])
+        for coefficient in reversed(coefficients[:-1]):
+            value = self.plus_product(x, value, coefficient)
+        return value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,12 +45,8 @@ class Fused(AbstractArithmetic):
         precision: that of the numbers in the lowering.
     """
 
+    fuses = True
     precision: Precision = Precision.DOUBLE
-
-    @property
-    def fuses(self) -> bool:
-        """True."""
-        return True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,9 +57,5 @@ class Plain(AbstractArithmetic):
         precision: that of the numbers in the lowering.
     """
 
+    fuses = False
     precision: Precision = Precision.DOUBLE
-
-    @property
-    def fuses(self) -> bool:
-        """False."""
-        return False

@@ -4,10 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from ulna.program.arithmetic.arithmetic import AbstractArithmetic, Fused
-from ulna.program.arithmetic.hyperbolic import hyperbolic_tangent
+from ulna.program.arithmetic.arithmetic import AbstractArithmetic
+from ulna.program.arithmetic.exponential import exponential
+from ulna.program.arithmetic.hyperbolic import (
+    hyperbolic_cosine,
+    hyperbolic_sine,
+    hyperbolic_tangent,
+    inverse_hyperbolic_cosine,
+    inverse_hyperbolic_sine,
+    inverse_hyperbolic_tangent,
+)
+from ulna.program.arithmetic.inverse_trigonometric import arc_cosine, arc_sine, arc_tangent, arc_tangent_of_two
+from ulna.program.arithmetic.logarithm import logarithm, power
 from ulna.program.arithmetic.rounding import floor
-from ulna.program.arithmetic.trigonometric import fused_cosine, fused_sine
+from ulna.program.arithmetic.trigonometric import cosine, sine, tangent
 from ulna.program.instructions import Instruction, InstructionList, Operation, pruned
 from ulna.program.kernel import Kernel
 from ulna.program.scalar import Scalar
@@ -38,7 +48,6 @@ class _Rewriting:
     def __init__(self, out: InstructionList, arithmetic: AbstractArithmetic) -> None:
         self._out = out
         self._arithmetic = arithmetic
-        self._functions = _FUSED if arithmetic == Fused() else _PLAIN
         self._values = list(range(out.input_count))
         # Products wait until somebody needs their value; most are only added to something.
         self._waiting: dict[int, tuple[int, int]] = {}
@@ -52,7 +61,7 @@ class _Rewriting:
     def append(self, instruction: Instruction) -> None:
         """The next instruction."""
         operation, operands = instruction.operation, instruction.operands
-        function = self._functions.get(operation)
+        function = _FUNCTIONS.get(operation)
         if operation is Operation.CONSTANT:
             value = self._out.constant(instruction.value)
         elif operation is Operation.MUL and self._arithmetic.fuses:
@@ -60,6 +69,9 @@ class _Rewriting:
             value = -1
         elif operation in (Operation.ADD, Operation.SUB) and not self._waiting.keys().isdisjoint(operands):
             value = self._fused(operation, operands)
+        elif operation is Operation.FMA and not self._arithmetic.fuses:
+            product = self._out.emit(Operation.MUL, *[self.value(k) for k in operands[:2]])
+            value = self._out.emit(Operation.ADD, product, self.value(operands[2]))
         elif function is not None:
             arguments = [Scalar(self._out, self.value(k)) for k in operands]
             value = function(self._arithmetic, *arguments).index
@@ -79,10 +91,22 @@ class _Rewriting:
         return emit(Operation.FMA, left, right, emit(Operation.NEG, other) if minus else other)
 
 
-_PLAIN: Mapping[Operation, _Function] = {Operation.FLOOR: floor}
-_FUSED: Mapping[Operation, _Function] = {
-    **_PLAIN,
-    Operation.SIN: fused_sine,
-    Operation.COS: fused_cosine,
+_FUNCTIONS: Mapping[Operation, _Function] = {
+    Operation.FLOOR: floor,
+    Operation.SIN: sine,
+    Operation.COS: cosine,
+    Operation.TAN: tangent,
+    Operation.ASIN: arc_sine,
+    Operation.ACOS: arc_cosine,
+    Operation.ATAN: arc_tangent,
+    Operation.ATAN2: arc_tangent_of_two,
+    Operation.EXP: exponential,
+    Operation.LOG: logarithm,
+    Operation.POW: power,
+    Operation.SINH: hyperbolic_sine,
+    Operation.COSH: hyperbolic_cosine,
     Operation.TANH: hyperbolic_tangent,
+    Operation.ASINH: inverse_hyperbolic_sine,
+    Operation.ACOSH: inverse_hyperbolic_cosine,
+    Operation.ATANH: inverse_hyperbolic_tangent,
 }

@@ -1,6 +1,6 @@
 """Generated source compiled by Numba: once a process, once a machine.
 
-Text is made of `TEMPLATES` and `literal` below a header (`HEADER`, `GPU_HEADER`), with `error_model="numpy"` and
+Text is made by `PYTHON.statements` below a header (`HEADER`, `GPU_HEADER`), with `error_model="numpy"` and
 without `fastmath`: then every operation rounds as its instruction says.
 """
 
@@ -18,9 +18,9 @@ from typing import Any
 
 from ulna.base import OptionalDependencyError
 from ulna.program.lowering.numba_header import GPU_HEADER, HEADER
-from ulna.program.lowering.python_source import TEMPLATES, literal
+from ulna.program.lowering.python_source import PYTHON, TEMPLATES, literal
 
-__all__ = ["GPU_HEADER", "HEADER", "TEMPLATES", "cache_folder", "compiled", "literal"]
+__all__ = ["GPU_HEADER", "HEADER", "PYTHON", "TEMPLATES", "cache_folder", "compiled", "literal"]
 
 # Numba looks at the time stamp of the source to tell whether its cache is of use; equal sources get equal stamps.
 _STAMP = 1_000_000_000

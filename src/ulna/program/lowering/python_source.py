@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from ulna.program.instructions import Instruction, Operation
 from ulna.program.kernel import Kernel
 from ulna.program.lowering.fused import flipped_scalar, fused_scalar
-from ulna.program.lowering.statements import checked_function_name, statements
+from ulna.program.lowering.statements import Language, checked_function_name
 
 INDENT = "    "
 
@@ -111,7 +112,7 @@ def to_python(kernel: Kernel) -> Callable[..., tuple[float, ...]]:
 
 def written_out(kernel: Kernel, function_name: str, templates: Mapping[Operation, str]) -> str:
     """One assignment an instruction in the order of the list; constants are written where they are used."""
-    pairs, results = statements(kernel, kernel.identifiers, templates, literal, language="Python")
+    pairs, results = replace(PYTHON, templates=templates).statements(kernel, kernel.identifiers)
     lines = [f"def {function_name}({', '.join(kernel.identifiers)}):"]
     lines += [f"{INDENT}{name} = {text}" for name, text in pairs]
     values = "".join(f"{each}, " for each in results)
@@ -126,6 +127,10 @@ def literal(instruction: Instruction) -> str:
     if math.isinf(value):
         return "math.inf" if value > 0 else "(-math.inf)"
     return repr(value) if math.copysign(1.0, value) > 0 else f"({value!r})"
+
+
+PYTHON = Language(name="Python", templates=TEMPLATES, literal=literal, choice="({1} if {0} else {2})")
+"""For CPython and for Numba; see `to_python_source`."""
 
 
 def executed(source: str, namespace: dict[str, Any], name: str = "kernel") -> Callable[..., tuple[Any, ...]]:

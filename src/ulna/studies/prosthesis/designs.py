@@ -9,12 +9,21 @@ from functools import cache
 import numpy as np
 import sympy as sp
 
-from ulna.design import Observer, Track, compensator, controller_form, exact_observer, observer_form, state_feedback
-from ulna.design.control.gains import AbstractGainRule
-from ulna.design.control.law import Law
-from ulna.design.control.reduced_order import reduced_order
-from ulna.design.forms.input_output import input_output_form
-from ulna.design.observers.extended_state_observer import extended_state_observer, with_disturbance
+from ulna.design import (
+    AbstractGainRule,
+    Law,
+    Observer,
+    Track,
+    compensator,
+    controller_form,
+    exact_observer,
+    extended_state_observer,
+    input_output_form,
+    observer_form,
+    reduced_order,
+    state_feedback,
+    with_disturbance,
+)
 from ulna.studies.prosthesis.contender import Contender, Tuned
 from ulna.system import Parameter, Signal, System
 

@@ -8,7 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 from ulna.base import DesignError
-from ulna.design.control.reduced_order import SETTLED
+from ulna.design.control import SETTLED
 from ulna.studies.prosthesis.baselines import pid, proportional_voltage, velocity_servo
 from ulna.studies.prosthesis.contender import Contender
 from ulna.studies.prosthesis.designs import load_robust, paper_compensator, reduced_compensator, state_law

@@ -10,12 +10,16 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import PlantError
-from ulna.design.control.compensator import close_loop
-from ulna.design.control.gains import Poles
-from ulna.design.control.load_robust import LoadRobust, load_robust_compensator
-from ulna.design.control.loop_grid import LoopGrid, loop_grid
-from ulna.design.control.reference import AbstractReference
-from ulna.design.control.sampled_stability import sampled_grid
+from ulna.design import (
+    AbstractReference,
+    LoadRobust,
+    LoopGrid,
+    Poles,
+    close_loop,
+    load_robust_compensator,
+    loop_grid,
+    sampled_grid,
+)
 from ulna.plants import Preset, arm_with_drive
 from ulna.system import Signal
 

@@ -9,7 +9,7 @@ import numpy as np
 from ulna.program.instructions import Instruction
 from ulna.program.kernel import Kernel
 from ulna.program.lowering.c.templates import templates
-from ulna.program.lowering.statements import checked_function_name, statements
+from ulna.program.lowering.statements import Language, checked_function_name
 from ulna.program.precision import Precision
 
 
@@ -24,9 +24,13 @@ def to_c(kernel: Kernel, function_name: str, *, precision: Precision = Precision
         FormulaError: a function name that is no identifier.
     """
     real = precision.value
-    pairs, results = statements(
-        kernel, kernel.identifiers, templates(precision), lambda each: _literal(each, precision), language="C"
+    language = Language(
+        name="C",
+        templates=templates(precision),
+        literal=lambda each: _literal(each, precision),
+        choice="({0} ? {1} : {2})",
     )
+    pairs, results = language.statements(kernel, kernel.identifiers)
     used = {k for each in kernel.instructions for k in each.operands} | set(kernel.results)
     lines = [f"void {checked_function_name(function_name)}(const {real} *inputs, {real} *outputs)", "{"]
     lines += [f"    const {real} {name} = inputs[{k}];" for k, name in enumerate(kernel.identifiers) if k in used]

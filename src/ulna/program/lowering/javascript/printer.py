@@ -7,7 +7,7 @@ import math
 from ulna.program.instructions import Instruction
 from ulna.program.kernel import Kernel
 from ulna.program.lowering.javascript.templates import TEMPLATES
-from ulna.program.lowering.statements import checked_function_name, statements
+from ulna.program.lowering.statements import Language, checked_function_name
 from ulna.program.precision import Precision
 
 
@@ -21,9 +21,13 @@ def to_javascript(kernel: Kernel, function_name: str, *, precision: Precision = 
         FormulaError: a function name that is no identifier; FMA and FLIP, which JavaScript does not have.
     """
     single = precision is Precision.SINGLE
-    pairs, results = statements(
-        kernel, kernel.identifiers, TEMPLATES, lambda each: _literal(each, precision), language="JavaScript"
+    language = Language(
+        name="JavaScript",
+        templates=TEMPLATES,
+        literal=lambda each: _literal(each, precision),
+        choice="({0} ? {1} : {2})",
     )
+    pairs, results = language.statements(kernel, kernel.identifiers)
     used = {k for each in kernel.instructions for k in each.operands} | set(kernel.results)
     rounded = "Math.fround({0})" if single else "{0}"
     lines = [f"function {checked_function_name(function_name)}(inputs, outputs) {{", '  "use strict";']

@@ -11,9 +11,9 @@ from dataclasses import replace
 import sympy as sp
 
 from ulna.base import DesignError
-from ulna.design.control.gains import Gains
+from ulna.design.gains import Gains
 from ulna.design.observers.observer import Observer, exact_observer
-from ulna.design.observers.observer_form import observer_form
+from ulna.design.observers.observer_coordinates import observer_form
 from ulna.plants import PlantLike, as_plant
 from ulna.system import Signal, System
 

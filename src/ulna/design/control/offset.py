@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import DesignError
-from ulna.design.control.compensator import close_loop
+from ulna.design.control.output_feedback import close_loop
 from ulna.plants import PlantLike
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy

@@ -15,7 +15,7 @@ from functools import lru_cache
 import sympy as sp
 
 from ulna.base import Verdict, all_of
-from ulna.design.forms.linearisability import Linearisability, linearisability
+from ulna.design.forms.linearisability_conditions import Linearisability, linearisability
 from ulna.geometry.accessibility import Accessibility
 from ulna.geometry.distribution import Distribution, filtration
 from ulna.geometry.frobenius import first_integrals

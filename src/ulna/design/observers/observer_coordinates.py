@@ -14,10 +14,10 @@ import sympy as sp
 
 from ulna.base.errors import NoFormError
 from ulna.base.verdict import Status, Verdict
+from ulna.design.observers.bracket_conditions import ObserverConditions, observer_conditions
 from ulna.design.observers.observer_blocks import search_blocks
 from ulna.design.observers.observer_chain import ChainSearch, search_chain
 from ulna.design.observers.observer_check import check_observer_form
-from ulna.design.observers.observer_conditions import ObserverConditions, observer_conditions
 from ulna.design.observers.output_functions import OutputSection, output_section
 from ulna.design.observers.straightened import StraightenedPlant, straightened_plant
 from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols

@@ -10,9 +10,9 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import DesignError, NoFormError, Verdict, all_of
-from ulna.design.forms.linearisability import Linearisability
-from ulna.design.forms.linearising_form import LinearisingForm, linearising_form
-from ulna.design.forms.linearising_outputs import LinearisingOutputs, linearises, linearising_outputs
+from ulna.design.forms.linearisability_conditions import Linearisability
+from ulna.design.forms.linearising_form import LinearisingForm, form_of
+from ulna.design.forms.output_search import LinearisingOutputs, linearises, linearising_outputs
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree, relative_degree_of
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas.text import formula
@@ -84,7 +84,7 @@ def _scaled(relative: RelativeDegree) -> RelativeDegree:
 
 
 def _form(relative: RelativeDegree, verdict: Verdict) -> LinearisingForm:
-    return linearising_form(relative, all_of("the plant has this controller form", [verdict, linearises(relative)]))
+    return form_of(relative, all_of("the plant has this controller form", [verdict, linearises(relative)]))
 
 
 def _named(view: ControlAffine) -> str:

@@ -20,14 +20,14 @@ import sympy as sp
 
 from ulna.base.errors import NoFormError
 from ulna.base.verdict import Verdict, all_of
-from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs, search_chain
-from ulna.design.observers.observer_conditions import (
+from ulna.design.observers.bracket_conditions import (
     ObserverConditions,
     chain_of_fields,
     lowest_terms,
     vanishes,
 )
-from ulna.design.observers.observer_form import (
+from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs, search_chain
+from ulna.design.observers.observer_coordinates import (
     ObserverForm,
     ObserverFormSearch,
     assemble,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ulna.base.verdict import Status, Verdict
 from ulna.design.internal.critical_class import StabilityClass
 from ulna.design.internal.equilibrium_stability import EquilibriumStability, equilibrium_stability
-from ulna.design.internal.zero_dynamics import ZeroDynamics
+from ulna.design.internal.output_zeroing import ZeroDynamics
 from ulna.geometry.relative_degree import relative_degree
 from ulna.system import System
 
@@ -20,31 +20,22 @@ def minimum_phase(dynamics: ZeroDynamics, *, seconds: float = 5.0) -> Equilibriu
         seconds: s.
     """
     system = dynamics.system
+    empty = system or System(name=f"zero dynamics of {dynamics.plant.name}", states=(), rates=())
     if system is None and dynamics.verdict.status is Status.UNDECIDED and _no_zero_dynamics(dynamics.plant):
-        return EquilibriumStability(
-            system=System(name=f"zero dynamics of {dynamics.plant.name}", states=(), rates=()),
-            equilibrium={},
-            stability=StabilityClass.EXPONENTIAL,
-            eigenvalues=(),
-            verdict=Verdict.proved("the plant is minimum phase", reason="the relative degrees add up to its dimension"),
-        )
+        return _trivially(empty, "the relative degrees add up to its dimension")
     if system is None:
-        empty = System(name=f"zero dynamics of {dynamics.plant.name}", states=(), rates=())
         claim = "the zero dynamics have a stability class"
         verdict = Verdict.undecided(claim, because=dynamics.verdict, **dynamics.verdict.evidence)
-        return EquilibriumStability(
-            system=empty, equilibrium={}, stability=StabilityClass.UNDECIDED, eigenvalues=(), verdict=verdict
-        )
+        return EquilibriumStability(system=empty, stability=StabilityClass.UNDECIDED, verdict=verdict)
     if not system.states:
-        return EquilibriumStability(
-            system=system,
-            equilibrium={},
-            stability=StabilityClass.EXPONENTIAL,
-            eigenvalues=(),
-            verdict=Verdict.proved("the plant is minimum phase", reason="it has no zero dynamics"),
-        )
+        return _trivially(system, "it has no zero dynamics")
     near = {x: dynamics.point[x] for x in system.state_symbols}
     return equilibrium_stability(system, near=near, seconds=seconds)
+
+
+def _trivially(system: System, reason: str) -> EquilibriumStability:
+    verdict = Verdict.proved("the plant is minimum phase", reason=reason)
+    return EquilibriumStability(system=system, stability=StabilityClass.EXPONENTIAL, verdict=verdict)
 
 
 def _no_zero_dynamics(plant: System) -> bool:

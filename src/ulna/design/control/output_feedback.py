@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ulna.base import DesignError, Verdict
 from ulna.design.control.law import Law
-from ulna.design.observers.observer import Observer
+from ulna.design.observers import Observer
 from ulna.loop import Hardware, Loop, joined
 from ulna.plants import PlantLike, as_plant
 from ulna.system import System, SystemLike, as_system
