@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-PYTHON_BLOCKS = re.findall(r"^```python\n(.*?)^```$", README, flags=re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^```python\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "changelog.d").glob("*.md")])
 TEXT = {
     ".cfg",
@@ -33,17 +32,33 @@ TEXT = {
 HOME = re.compile(r"(?<![\w.])/(?:home|root|Users|work|tmp)/[\w.]")
 
 
+def _python_of(document: Path) -> list[str]:
+    return BLOCK.findall(document.read_text(encoding="utf-8"))
+
+
+def _executed(blocks: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    """The blocks run in order as one program in an empty folder, warnings being errors."""
+    program = folder / "page.py"
+    program.write_text("\n".join(blocks), encoding="utf-8")
+    command = [sys.executable, "-W", "error", program]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+
+
+SHOWING = [document for document in DOCUMENTS if _python_of(document)]
+
+
 def test_the_readme_shows_python() -> None:
-    assert PYTHON_BLOCKS
+    assert ROOT / "README.md" in SHOWING
 
 
-def test_the_readmes_python_runs_from_top_to_bottom(tmp_path: Path) -> None:
-    program = tmp_path / "readme.py"
-    program.write_text("\n".join(PYTHON_BLOCKS), encoding="utf-8")
-    result = subprocess.run(
-        [sys.executable, "-W", "error", program], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert result.returncode == 0, result.stderr
+@pytest.mark.parametrize("document", SHOWING, ids=lambda path: str(path.relative_to(ROOT)))
+def test_the_python_of_a_page_runs_from_top_to_bottom(document: Path, tmp_path: Path) -> None:
+    done = _executed(_python_of(document), tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_page_whose_python_does_not_run_is_noticed(tmp_path: Path) -> None:
+    assert "law" in _executed(["import math\n", "print(law)\n"], tmp_path).stderr
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))

@@ -48,7 +48,8 @@ class ConditionalIntegration:
 class EndStop:
     """A wall: where the position passes a limit it is put back on it and the velocity is reversed or stopped.
 
-    The wall acts at the end of each plant step.
+    In a continuous loop contact, rest and release are found at their exact instants; in a loop with a processor the wall
+    acts at the end of each step of the plant.
 
     Args:
         position: name of the state that is limited. velocity: name of the state that is reset, its derivative.
