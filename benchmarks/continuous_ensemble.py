@@ -27,9 +27,9 @@ import numpy as np
 from scipy.integrate import DOP853, solve_ivp
 
 import ulna
+from ulna import Ends, Figures, Taylor, simulate
 from ulna.program import Hoisted, hoist, to_numpy, to_python, to_python_source
 from ulna.program.lowering.heyoka import to_heyoka
-from ulna.sim import Continuous, run_ensemble
 from ulna.symbolic.compiling import kernel
 from ulna.system import System
 
@@ -83,18 +83,18 @@ def ours(all_: Ensemble, tolerance: float, *, peaks: bool) -> Contender:
     runs = all_.constants.shape[1]
 
     def run(end: float) -> np.ndarray:
-        found = run_ensemble(
+        found = simulate(
             all_.loop,
             INITIAL,
             end,
-            time=Continuous(tolerance=tolerance),
+            engine=Taylor(tolerance=tolerance),
             parameters=all_.parameters,
-            samples=1 if peaks else None,
+            record=Figures(samples=1) if peaks else Ends(),
             threads=1,
         )
         return found.peak_error[:, 0] if peaks else found.final_state
 
-    return Contender(name=_label("ulna.run_ensemble", tolerance, peaks), run=run, count=runs)
+    return Contender(name=_label("ulna.simulate", tolerance, peaks), run=run, count=runs)
 
 
 def bare_heyoka(all_: Ensemble, tolerance: float, *, peaks: bool) -> Contender:

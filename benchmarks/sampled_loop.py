@@ -21,7 +21,7 @@ import numpy as np
 from sampled_peers import END, LANES, PERIOD, SAMPLES, STEP, casadi_loop, compiled_c, control_loop, scipy_loop
 
 import ulna
-from ulna.sim import Pwm, Quantiser, Sampled, Saturation, run_ensemble, simulate
+from ulna import FixedSteps, Hardware, Loop, Pwm, Quantiser, Saturation, simulate
 
 CARRIERS = 20
 START = np.array([1.0, 0.0, 0.0])
@@ -80,7 +80,7 @@ def side_by_side(run: Callable[..., None], initial: np.ndarray, carried: np.ndar
     return work
 
 
-def one_run(arm: ulna.System, loop: Sampled, folder: Path, rounds: int) -> None:
+def one_run(loop: Loop, folder: Path, rounds: int) -> None:
     """Every sample kept."""
     alone = compiled_c(folder, 1)
     record, final, peak, one = np.zeros((SAMPLES + 1, 4)), np.zeros((1, 3)), np.zeros(1), np.ones(1)
@@ -91,13 +91,13 @@ def one_run(arm: ulna.System, loop: Sampled, folder: Path, rounds: int) -> None:
     casadi, controlled = casadi_loop(), control_loop()
     tasks = {
         "C, one run": by_hand,
-        "ulna.simulate": lambda: simulate(arm, START, END, time=loop),
+        "ulna.simulate": lambda: simulate(loop, START, END),
         "CasADi mapaccum": casadi,
     }
     seconds = interleaved(tasks, rounds) | interleaved(
         {"python-control input_output_response": controlled, "SciPy odeint, a period at a time": scipy_loop}, 2
     )
-    ours = simulate(arm, START, END, time=loop)
+    ours = simulate(loop, START, END)
     errors = {"ulna.simulate": until_flip(ours["y_measured"], record[:, 3], ours.states, record[:, :3])}
     peers = {
         "CasADi mapaccum": casadi,
@@ -110,61 +110,62 @@ def one_run(arm: ulna.System, loop: Sampled, folder: Path, rounds: int) -> None:
     shown("one run", seconds, 1, errors)
 
 
-def many_runs(
-    arm: ulna.System, loop: Sampled, folder: Path, initial: np.ndarray, carried: np.ndarray, rounds: int
-) -> None:
+def many_runs(loop: Loop, folder: Path, initial: np.ndarray, carried: np.ndarray, rounds: int) -> None:
     """Ends and peak inputs only; random start and load."""
     values = {"m2": carried}
     by_hand = side_by_side(compiled_c(folder, LANES), initial, carried)
     seconds = interleaved(
         {
             f"C, {LANES} runs side by side, one core": by_hand,
-            "run_ensemble, one core": lambda: run_ensemble(arm, initial, END, time=loop, parameters=values, threads=1),
-            "run_ensemble, all cores": lambda: run_ensemble(arm, initial, END, time=loop, parameters=values),
+            "ulna.simulate, one core": lambda: simulate(loop, initial, END, parameters=values, threads=1),
+            "ulna.simulate, all cores": lambda: simulate(loop, initial, END, parameters=values),
         },
         rounds,
     )
     _, peaks = by_hand()
-    mine = run_ensemble(arm, initial, END, time=loop, parameters=values)
+    mine = simulate(loop, initial, END, parameters=values)
     gap = np.abs(mine.peak_input[:, 0] - peaks)
     text = f"peak input: median {np.median(gap):.1e} V, largest {gap.max():.1e} V"
-    shown(f"{len(initial)} runs, sampled", seconds, len(initial), {"run_ensemble, one core": text})
+    shown(f"{len(initial)} runs, sampled", seconds, len(initial), {"ulna.simulate, one core": text})
 
 
-def pulses(
-    arm: ulna.System, loop: Sampled, folder: Path, initial: np.ndarray, carried: np.ndarray, rounds: int
-) -> None:
+def pulses(loop: Loop, folder: Path, initial: np.ndarray, carried: np.ndarray, rounds: int) -> None:
     """A bridge at 20 kHz: every pulse integrated, or second-order averaging."""
-    switched = replace(loop, drive=Pwm(frequency=CARRIERS / PERIOD, supply=24.0, switched=True))
-    midpoint = replace(switched, plant_order=2)
-    averaged = replace(loop, drive=Pwm(frequency=CARRIERS / PERIOD, supply=24.0, ripple=True))
+    switched = _with(loop, drive=Pwm(frequency=CARRIERS / PERIOD, supply=24.0, switched=True))
+    averaged = _with(loop, drive=Pwm(frequency=CARRIERS / PERIOD, supply=24.0, ripple=True))
+    fourth, midpoint = FixedSteps(), FixedSteps(order=2)
     alone = compiled_c(folder, 1, CARRIERS)
     record, final, peak, one = np.zeros((SAMPLES + 1, 4)), np.zeros((1, 3)), np.zeros(1), np.ones(1)
     seconds = interleaved(
         {
             "C, one run": lambda: alone(np.ones(1), one, one, SAMPLES, final, peak, record.ctypes.data),
-            "ulna.simulate": lambda: simulate(arm, START, END, time=switched),
-            "ulna.simulate, plant_order=2": lambda: simulate(arm, START, END, time=midpoint),
-            "ulna.simulate, ripple averaged": lambda: simulate(arm, START, END, time=averaged),
+            "ulna.simulate": lambda: simulate(switched, START, END),
+            "ulna.simulate, order 2": lambda: simulate(switched, START, END, engine=midpoint),
+            "ulna.simulate, ripple averaged": lambda: simulate(averaged, START, END),
         },
         rounds,
     )
-    tight = simulate(arm, START, END, time=replace(switched, plant_steps=8))
+    tight = simulate(switched, START, END, engine=FixedSteps(number=8))
     errors = {}
-    contenders = {"": switched, ", plant_order=2": midpoint, ", ripple averaged": averaged}
-    for name, settings in contenders.items():
-        run = simulate(arm, START, END, time=settings)
+    contenders = {"": (switched, fourth), ", order 2": (switched, midpoint), ", ripple averaged": (averaged, fourth)}
+    for name, (chosen, engine) in contenders.items():
+        run = simulate(chosen, START, END, engine=engine)
         errors[f"ulna.simulate{name}"] = until_flip(run["y_measured"], tight["y_measured"], run.states, tight.states)
     errors["C, one run"] = until_flip(record[:, 3], tight["y_measured"], record[:, :3], tight.states)
     shown("one run, 20 kHz pulses", seconds, 1, errors)
 
-    def together(settings: Sampled) -> Callable[[], Any]:
-        return lambda: run_ensemble(arm, initial, END, time=settings, parameters={"m2": carried}, threads=1)
+    def together(chosen: Loop, engine: FixedSteps) -> Callable[[], Any]:
+        return lambda: simulate(chosen, initial, END, engine=engine, parameters={"m2": carried}, threads=1)
 
     tasks = {f"C, {LANES} runs side by side": side_by_side(compiled_c(folder, LANES, CARRIERS), initial, carried)}
-    tasks |= {f"run_ensemble{name}": together(settings) for name, settings in contenders.items()}
+    tasks |= {f"ulna.simulate{name}": together(*each) for name, each in contenders.items()}
     seconds = interleaved(tasks, max(2, rounds // 4))
     shown(f"{len(initial)} runs, 20 kHz pulses, one core", seconds, len(initial), {})
+
+
+def _with(loop: Loop, **parts: Any) -> Loop:
+    """The loop with other hardware."""
+    return replace(loop, hardware=replace(loop.hardware, **parts))
 
 
 def main() -> None:
@@ -177,22 +178,17 @@ def main() -> None:
     exact = arm.with_values()
     law = ulna.state_feedback(ulna.controller_form(exact), ulna.Poles("-2+2*sqrt(3)*j", "-2-2*sqrt(3)*j", -8))
     observer = ulna.exact_observer(ulna.observer_form(exact), ulna.Poles(-9, -10, -11))
-    loop = Sampled(
-        controller=law.system,
-        estimator=observer.system,
-        period=PERIOD,
-        saturation=Saturation(lower=-24.0, upper=24.0),
-        sensors=Quantiser(step=STEP),
-    )
+    chip = Hardware(period=PERIOD, saturation=Saturation(lower=-24.0, upper=24.0), sensors=Quantiser(step=STEP))
+    loop = Loop(plant=arm, controller=ulna.compensator(law, observer), hardware=chip)
     random = np.random.default_rng(0)
     initial = np.zeros((runs, 3))
     initial[:, 0] = random.uniform(-1.0, 1.0, runs)
     carried = random.uniform(4.5, 5.5, runs)
     few = max(2, rounds // 4)
     with tempfile.TemporaryDirectory() as folder:
-        one_run(arm, loop, Path(folder), rounds)
-        many_runs(arm, loop, Path(folder), initial, carried, few)
-        pulses(arm, loop, Path(folder), initial[: 10 * LANES], carried[: 10 * LANES], rounds)
+        one_run(loop, Path(folder), rounds)
+        many_runs(loop, Path(folder), initial, carried, few)
+        pulses(loop, Path(folder), initial[: 10 * LANES], carried[: 10 * LANES], rounds)
 
 
 if __name__ == "__main__":

@@ -20,9 +20,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import ulna
+from ulna import Taylor, simulate
 from ulna.program import Kernel, to_python
 from ulna.program.lowering.heyoka import to_heyoka
-from ulna.sim import Continuous, simulate
 from ulna.symbolic.compiling import kernel
 from ulna.system import System
 
@@ -85,12 +85,12 @@ def bare_heyoka(loop: System, tolerance: float) -> Contender:
 
 
 def ours(loop: System, tolerance: float | None = None) -> Contender:
-    settings = Continuous() if tolerance is None else Continuous(tolerance=tolerance)
+    settings = Taylor() if tolerance is None else Taylor(tolerance=tolerance)
     label = "default" if tolerance is None else f"tol {tolerance:.0e}"
     return Contender(
         name=f"ulna.simulate, {label}",
-        final=lambda: simulate(loop, INITIAL, END, time=settings).final_state,
-        path=lambda: simulate(loop, INITIAL, GRID, time=settings).states,
+        final=lambda: simulate(loop, INITIAL, END, engine=settings).final_state,
+        path=lambda: simulate(loop, INITIAL, GRID, engine=settings).states,
     )
 
 
@@ -183,7 +183,7 @@ def main() -> None:
     exact = reference(loop)
     contenders = [
         loosest(lambda tolerance: bare_heyoka(loop, tolerance), exact),
-        bare_heyoka(loop, Continuous().tolerance),
+        bare_heyoka(loop, Taylor().tolerance),
         loosest(lambda tolerance: ours(loop, tolerance), exact),
         ours(loop),
         loosest(lambda tolerance: scipy(loop, "LSODA", tolerance), exact),
