@@ -5,32 +5,16 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ulna.base import SimulationError
 from ulna.loop import Loop
-from ulna.sim.continuous.prepared import default_values
 from ulna.sim.inputs import Constant, Input, as_input
-from ulna.sim.sampled import Starts
+from ulna.sim.parameters import default_values
+from ulna.sim.starts import Request, Starts
 from ulna.system import Signal, System
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Request:
-    """Runs that are asked for.
-
-    Attributes:
-        system: whose states are the columns of `starts.initial`. times: (T,) s. starts: what the runs begin with.
-        threads: how many to use.
-    """
-
-    system: System
-    times: np.ndarray
-    starts: Starts
-    threads: int
 
 
 def count_of(

@@ -16,8 +16,9 @@ from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.ensemble import Ensemble
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Figures, Paths, Record
-from ulna.sim.request import Request, continuous_run, count_of, instants, request
+from ulna.sim.request import continuous_run, count_of, instants, request
 from ulna.sim.sampled import FixedSteps, run_sampled, sampled_figures
+from ulna.sim.starts import Request
 from ulna.sim.trajectory import Trajectory
 from ulna.system import System
 

@@ -22,7 +22,7 @@ from ulna.sim.inputs import Constant, Held, Input, Interpolated
 from ulna.sim.metrics import output_metrics
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Ends, Figures, Paths, Record
-from ulna.sim.request import Request
+from ulna.sim.starts import Request
 from ulna.symbolic.compiling import kernel
 from ulna.system import System
 

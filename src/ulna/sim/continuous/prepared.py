@@ -23,7 +23,8 @@ from ulna.sim.continuous.switched_flow import SwitchedFlow
 from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.continuous.watchers import scheme_of
 from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
-from ulna.symbolic.compiling import kernel, rounded
+from ulna.sim.parameters import default_values
+from ulna.symbolic.compiling import kernel
 from ulna.system import System
 
 FLOWS_KEPT = 64
@@ -93,7 +94,6 @@ def prepared(
 
 
 _PREPARED = IdentityCache(FLOWS_KEPT)
-_DEFAULTS = IdentityCache(FLOWS_KEPT)
 _FLOWS: OrderedDict[tuple[Kernel | Scheme, Layout, Taylor], Flow | SwitchedFlow] = OrderedDict()
 _LOCK = RLock()
 
@@ -199,44 +199,6 @@ def _flow(main: Kernel, layout: Layout, wanted: Rules | None, settings: Taylor) 
         while len(_FLOWS) > FLOWS_KEPT:
             _FLOWS.popitem(last=False)
         return flow
-
-
-def default_values(system: System) -> dict[str, float | None]:
-    """The SI value of each parameter, None where it has none; remembered by the identity of the system."""
-    return dict(_DEFAULTS.get(system, None, lambda: _rounded_values(system)))
-
-
-def _rounded_values(system: System) -> dict[str, float | None]:
-    return {p.name: None if (v := p.si_value) is None else rounded(v, system.name) for p in system.parameters}
-
-
-def parameter_values(
-    defaults: Mapping[str, float | None], given: Mapping[str, float] | None, system: str
-) -> dict[str, float]:
-    """The SI value of every parameter of the system of this name.
-
-    Raises:
-        SimulationError: a name that is no parameter, a value that is not finite, parameters left without a value.
-    """
-    values = dict(defaults)
-    for name, value in (given or {}).items():
-        if name not in values:
-            known = ", ".join(values) or "none"
-            raise SimulationError(
-                f"parameter '{name}' of '{system}'", "there is no such parameter.", f"Known: {known}."
-            )
-        number = float(value)
-        if not math.isfinite(number):
-            raise SimulationError(f"parameter '{name}' of '{system}'", f"its value is {number}.")
-        values[name] = number
-    missing = [name for name, value in values.items() if value is None]
-    if missing:
-        raise SimulationError(
-            f"simulation of '{system}'",
-            f"parameters without a value: {', '.join(missing)}.",
-            f"Give them: parameters={{'{missing[0]}': ...}}.",
-        )
-    return {name: value for name, value in values.items() if value is not None}
 
 
 def constants(

@@ -14,7 +14,6 @@ from ulna.sim.continuous.flow import Flow, Stretch
 from ulna.sim.continuous.prepared import (
     Commands,
     Prepared,
-    parameter_values,
     prepared,
     shape_of,
     stretch_values,
@@ -26,6 +25,7 @@ from ulna.sim.continuous.watchers import new_course
 from ulna.sim.event import Event, EventKind
 from ulna.sim.inputs import Held, Input, Interpolated
 from ulna.sim.outcome import Outcome
+from ulna.sim.parameters import parameter_values
 from ulna.sim.trajectory import Series, Trajectory
 from ulna.system import System
 

@@ -4,6 +4,5 @@ from ulna.sim.sampled.engine import FixedSteps
 from ulna.sim.sampled.ensemble import sampled_figures
 from ulna.sim.sampled.gpu import Gpu
 from ulna.sim.sampled.run import run_sampled
-from ulna.sim.sampled.tables import Starts
 
-__all__ = ["FixedSteps", "Gpu", "Starts", "run_sampled", "sampled_figures"]
+__all__ = ["FixedSteps", "Gpu", "run_sampled", "sampled_figures"]

@@ -11,8 +11,8 @@ from ulna.base import SimulationError
 from ulna.loop import Loop
 from ulna.sim.figures import output_figures
 from ulna.sim.sampled.engine import FixedSteps
-from ulna.sim.sampled.tables import Starts
 from ulna.sim.sampled.work import Worked, work
+from ulna.sim.starts import Starts
 
 
 def sampled_figures(

@@ -15,8 +15,8 @@ from ulna.sim.figures import outside
 from ulna.sim.inputs import Held, Input
 from ulna.sim.outcome import Outcome
 from ulna.sim.sampled.engine import FixedSteps
-from ulna.sim.sampled.tables import Starts
 from ulna.sim.sampled.work import Worked, work
+from ulna.sim.starts import Starts
 from ulna.sim.trajectory import Series, Trajectory
 
 OUTCOMES = tuple(Outcome)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,33 +15,12 @@ from ulna.program import to_python
 from ulna.sim.cache import IdentityCache
 from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated, input_values
 from ulna.sim.sampled.prepared import Prepared, Shape
+from ulna.sim.starts import Starts
 from ulna.symbolic.compiling import kernel
 from ulna.system import LinearInjection
 
 MOST_SAMPLES = 100_000_000
 """Of one run: tables and trajectories of more do not fit into memory."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Starts:
-    """What N runs begin with, in SI.
-
-    Attributes:
-        initial: (N, n) plant states. memory: (N,) by name: states of estimator and controller, estimates of an
-            estimator whose linear part is known, driven inputs before the first command; 0 where left out.
-        parameters: (N, p) of the plant, in its order. controller: parameters of the controller by name.
-        inputs: what drives references and disturbances alike in all runs. own: (N,) what each run adds, by name.
-        targets: (N, outputs). seeds: (N,).
-    """
-
-    initial: np.ndarray
-    memory: Mapping[str, np.ndarray]
-    parameters: np.ndarray
-    controller: Mapping[str, float]
-    inputs: Mapping[str, Input]
-    own: Mapping[str, np.ndarray]
-    targets: np.ndarray
-    seeds: np.ndarray
 
 
 def samples_of(period: float, start: float, end: float) -> int:

@@ -13,7 +13,8 @@ from ulna.loop import Loop
 from ulna.sim.sampled.engine import FixedSteps
 from ulna.sim.sampled.gpu import run_on_gpu
 from ulna.sim.sampled.prepared import HEAD, LANES, Prepared, prepared
-from ulna.sim.sampled.tables import Starts, begin_table, path_table, samples_of, shape_of, shared_table
+from ulna.sim.sampled.tables import begin_table, path_table, samples_of, shape_of, shared_table
+from ulna.sim.starts import Starts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
