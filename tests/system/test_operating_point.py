@@ -70,3 +70,13 @@ def test_a_given_point_without_inputs_to_hold_it_is_no_equilibrium():
     found = equilibrium(plant({"x1": "x1*(1 - x2)", "x2": "x2*(x1 - 1) + x1"}, point={"x1": 1, "x2": 1}, inputs=()))
     assert found.verdict.fails
     assert list(found.states.values()) == [1, 1]
+
+
+def test_the_verdict_tells_how_the_point_was_found():
+    def method(states, **kinds):
+        return equilibrium(plant(states, **kinds)).verdict.evidence.get("method")
+
+    assert method({"x": "-x + u"}) == "as given"
+    assert method({"x": "x - 3 + u"}) == "solved exactly"
+    assert method({"x": "cos(x) - x + u"}, point={"u": 0}) == "Newton's method"
+    assert method({"x": "1 + x**2"}, inputs=()) is None

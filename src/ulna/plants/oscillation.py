@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ulna.base import PlantError, Verdict
+from ulna.plants.catalogue import PlantLike, as_plant
 from ulna.system import Signal, System, equilibria, linearise
 
 
@@ -74,7 +75,7 @@ class SmallOscillations:
     complete: Verdict
 
 
-def small_oscillation(system: System, equilibrium: Mapping[str, sp.Expr] | None = None) -> SmallOscillation:
+def small_oscillation(system: PlantLike, equilibrium: Mapping[str, sp.Expr] | None = None) -> SmallOscillation:
     """The small oscillation of a second-order plant about a point.
 
     Args:
@@ -85,6 +86,7 @@ def small_oscillation(system: System, equilibrium: Mapping[str, sp.Expr] | None 
     Raises:
         PlantError: for a plant that is not of this kind, or a name that is not its position.
     """
+    system = as_plant(system)
     position, velocity = _position_and_velocity(system)
     given = dict(equilibrium or {position.name: position})
     if set(given) != {position.name}:
@@ -104,7 +106,7 @@ def small_oscillation(system: System, equilibrium: Mapping[str, sp.Expr] | None 
     )
 
 
-def small_oscillations(system: System, within: tuple[float, float]) -> SmallOscillations:
+def small_oscillations(system: PlantLike, within: tuple[float, float]) -> SmallOscillations:
     """The small oscillation about every equilibrium with the position in a range (paper eq. 10, all its roots).
 
     Args:
@@ -114,12 +116,11 @@ def small_oscillations(system: System, within: tuple[float, float]) -> SmallOsci
     Raises:
         PlantError: as `small_oscillation`, or for a parameter without value.
     """
+    system = as_plant(system)
     position, _ = _position_and_velocity(system)
     found = equilibria(system, {position.name: within})
     numeric = system.with_values()
-    points = tuple(
-        small_oscillation(numeric, {position.name: sp.Float(point[position.name])}) for point in found.points
-    )
+    points = tuple(small_oscillation(numeric, {position.name: sp.Float(point[position.name])}) for point in found)
     return SmallOscillations(points=points, complete=found.complete)
 
 

@@ -13,11 +13,15 @@ from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
 from ulna.system.holder import SystemLike, as_system
 from ulna.system.operating_point import (
+    AS_GIVEN,
+    NEWTON,
+    SOLVED,
     TooHardError,
     given_values,
     known_signs,
     nearest_solution,
     operating_point,
+    rests,
     stand_ins,
 )
 from ulna.system.system import System
@@ -71,35 +75,34 @@ def _reached(
     for state, rate in zip(states, rates, strict=True):
         if not rate.has(*states) and not is_zero(rate, test=_QUICK).holds:
             raise _none(system, f"there is no equilibrium: {state}' = {rate} everywhere.", "Change that equation.")
-    if exact and (found := _exactly(system, rates, start)) is not None:
-        point, method = found
-        return point, Verdict.proved(claim, method=method)
+    if exact and (found := _exactly(system, rates, start, claim)) is not None:
+        return found
     if missing := sorted(p.name for p in system.parameters):
         found = "no equilibrium was found" if exact else "they are needed"
         raise _none(system, f"{found} for parameters without a value: {', '.join(missing)}.", "Give them values.")
     root = decimal_root(rates, states, start, digits=digits) if states else ({}, digits)
     if root is None:
         raise _none(system, "no equilibrium was found near the point: Newton's method found none.", "Start it nearer.")
-    return root[0], Verdict.supported(claim, method="Newton's method", digits=root[1])
+    return root[0], Verdict.supported(claim, method=NEWTON, digits=root[1])
 
 
 def _exactly(
-    system: System, rates: Sequence[sp.Expr], start: Mapping[sp.Symbol, sp.Expr]
-) -> tuple[dict[sp.Symbol, sp.Expr], str] | None:
-    """The point itself if the system rests there, else the nearest exact equilibrium, and which of the two it is."""
+    system: System, rates: Sequence[sp.Expr], start: Mapping[sp.Symbol, sp.Expr], claim: str
+) -> tuple[dict[sp.Symbol, sp.Expr], Verdict] | None:
+    """The point itself if the system rests there, else the nearest exact equilibrium."""
     signs = known_signs(system)
+    back = {signed: plain for plain, signed in signs.items()}
     rates = [r.xreplace(signs) for r in rates]
     point = {x: v.xreplace(signs) for x, v in start.items()}
-    here = [r.xreplace(point) for r in rates]
-    if not any(e.has(sp.nan, sp.zoo, sp.oo) for e in here) and all(is_zero(e, test=_QUICK).holds for e in here):
-        return dict(start), "as given"
-    try:
-        numbers = {signs.get(p, p): value for p, value in stand_ins(system).items()}
-        solution = nearest_solution(rates, list(point), point, numbers)
-    except TooHardError:
-        return None
-    back = {signed: plain for plain, signed in signs.items()}
-    return None if solution is None else ({x: v.xreplace(back) for x, v in solution.items()}, "solved exactly")
+    verdict = rests(system, rates, point, claim, method=AS_GIVEN, test=_QUICK)
+    if not verdict.holds:
+        try:
+            numbers = {signs.get(p, p): value for p, value in stand_ins(system).items()}
+            point = nearest_solution(rates, list(point), point, numbers) or point
+        except TooHardError:
+            return None
+        verdict = rests(system, rates, point, claim, method=SOLVED, test=_QUICK)
+    return ({x: v.xreplace(back) for x, v in point.items()}, verdict) if verdict.holds else None
 
 
 def _none(system: System, found: str, hint: str) -> PlantError:

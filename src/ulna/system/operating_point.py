@@ -9,9 +9,9 @@ from functools import lru_cache
 import sympy as sp
 
 from ulna.base.errors import FormulaError
-from ulna.base.verdict import Verdict
+from ulna.base.verdict import Status, Verdict
 from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.zero import is_zero
+from ulna.symbolic.exact.zero import SampledZero, ZeroTest, is_zero
 from ulna.symbolic.formulas.text import formula
 from ulna.symbolic.solving.roots import solutions_in_time
 from ulna.system.equilibrium_point import Equilibrium
@@ -19,6 +19,9 @@ from ulna.system.signal import to_si
 from ulna.system.system import System
 from ulna.system.zeros import decimal_root
 
+_TEST = SampledZero()
+AS_GIVEN, SOLVED, NEWTON = "as given", "solved exactly", "Newton's method"
+"""How an equilibrium was found, in the evidence of its verdict."""
 _SECONDS = 1.0
 """s, for one search of an exact equilibrium."""
 _IN_NUMBERS_SECONDS = 1.5
@@ -60,7 +63,8 @@ def operating_point(system: System) -> Equilibrium:
         except TooHardError:
             break  # with more unknowns it is no easier
         if point is not None:
-            verdict = _verdict(system, rates, point)
+            method = AS_GIVEN if point == {**given, **zero_states, **zero_inputs} else SOLVED
+            verdict = rests(system, rates, point, _claim(system), method=method)
             if verdict.holds:
                 return _point(system, point, verdict)
     if system.values:
@@ -68,7 +72,7 @@ def operating_point(system: System) -> Equilibrium:
         if at_values.verdict.holds:
             return _point(system, at_values.values, at_values.verdict, parameters=dict(system.values))
     point = {**given, **zero_states, **zero_inputs}
-    verdict = _verdict(system, rates, point)
+    verdict = rests(system, rates, point, _claim(system))
     if not system.parameters:
         return _in_decimals(system, rates, given, point) or _point(system, point, verdict)
     return _point(system, point, verdict)
@@ -206,7 +210,7 @@ def _in_decimals(
         for start in (sp.Integer(0), sp.Rational(1, 3)):
             found = _root(equations, unknowns, dict.fromkeys(unknowns, start))
             if found is not None:
-                verdict = Verdict.supported(_claim(system), method="Newton's method", digits=found[1])
+                verdict = Verdict.supported(_claim(system), method=NEWTON, digits=found[1])
                 return _point(system, {**point, **found[0]}, verdict)
     everything = [*system.state_symbols, *inputs]
     if not given or len(rates) > len(everything):
@@ -244,17 +248,26 @@ def _least_squares(
     return dict(zip(inputs, square.LUsolve(-slopes.T * rest), strict=True))
 
 
-def _verdict(system: System, rates: tuple[sp.Expr, ...], point: Mapping[sp.Symbol, sp.Expr]) -> Verdict:
+def rests(
+    system: System,
+    rates: Sequence[sp.Expr],
+    point: Mapping[sp.Symbol, sp.Expr],
+    claim: str,
+    *,
+    method: str = "",
+    test: ZeroTest = _TEST,
+) -> Verdict:
+    """Whether every rate is zero at a point; refuted with the first that is not."""
     sure = True
     for signal, rate in zip(system.states, rates, strict=True):
         value = rate.subs(dict(point))
         if value.has(sp.zoo, sp.nan, sp.oo):
-            return Verdict.refuted(_claim(system), state=signal.name, rate="infinite")
-        verdict = is_zero(value)
+            return Verdict.refuted(claim, state=signal.name, rate="infinite")
+        verdict = is_zero(value, test=test)
         if not verdict.holds:
-            return Verdict.refuted(_claim(system), state=signal.name, rate=formula(value))
-        sure = sure and bool(verdict.status == "proved")
-    return Verdict.proved(_claim(system)) if sure else Verdict.supported(_claim(system))
+            return Verdict.refuted(claim, state=signal.name, rate=formula(value))
+        sure = sure and verdict.status is Status.PROVED
+    return (Verdict.proved if sure else Verdict.supported)(claim, method=method)
 
 
 def _claim(system: System) -> str:
