@@ -48,7 +48,7 @@ class ConditionalIntegration:
 class EndStop:
     """A wall: where the position passes a limit it is put back on it and the velocity is reversed or stopped.
 
-    In a continuous loop contact, rest and release are found at their exact instants; in a loop with a processor the wall
+    In a continuous loop contact, rest and release are found at their exact instants; with a processor the wall
     acts at the end of each step of the plant.
 
     Args:
