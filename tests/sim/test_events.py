@@ -33,6 +33,10 @@ def test_an_oscillator_settles_at_the_last_entry_into_its_band() -> None:
     assert (event.kind, event.signal) == (EventKind.SETTLED, "x")
     assert event.time == pytest.approx(exact, abs=1e-13)
     assert abs(event.state[0]) == pytest.approx(0.02, abs=1e-14)
+    # It came into the band from where it was: upwards from below, downwards from above.
+    assert event.direction == (1 if path(exact - 1e-6) < -0.02 else -1)
+    mirrored = simulate(damped, (-1.0, 0.0), GRID, events=(Settling(output="x"),))
+    assert mirrored.events[0].direction == -event.direction
 
 
 def test_a_run_that_leaves_its_band_at_the_end_has_not_settled() -> None:
