@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ulna.cli.session import console
+from ulna.cli.terminal import console
 
 if TYPE_CHECKING:
     from ulna.campaign import CampaignResult, Column

@@ -1,27 +1,22 @@
-"""What every command shares: errors as one line and exit status 2, plants by file or name, numbers, output."""
+"""What every command shares: errors in one message and exit status 2, tables, JSON."""
 
 from __future__ import annotations
 
 import json
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any
 
 import typer
 from typer.core import TyperGroup
 
 from ulna.base.errors import UlnaError, UlnaWarning
+from ulna.cli.wording import in_terminal_words
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-    from ulna.system import System
-
-
-Options = TypeVar("Options")
 
 
 class UlnaGroup(TyperGroup):
@@ -33,7 +28,7 @@ class UlnaGroup(TyperGroup):
         try:
             return super().invoke(ctx)
         except UlnaError as error:
-            typer.secho(f"error: {error}", fg=typer.colors.RED, err=True)
+            typer.secho(f"error: {in_terminal_words(str(error))}", fg=typer.colors.RED, err=True)
             raise typer.Exit(2) from None
         except BrokenPipeError:
             # The reader (head, less) went away; there is nobody left to tell.
@@ -43,24 +38,7 @@ class UlnaGroup(TyperGroup):
 
 def _show_warning(message: Warning | str, category: type[Warning], *_place: Any) -> None:
     if issubclass(category, UlnaWarning):
-        typer.secho(f"warning: {message}", fg=typer.colors.YELLOW, err=True)
-
-
-def plant(name: str) -> System:
-    """The plant of a file or, where there is no such file, of the catalogue.
-
-    Raises:
-        UlnaError: if it is neither.
-    """
-    from ulna.plants import as_plant
-
-    return as_plant(name)
-
-
-def chosen(kind: Callable[..., Options], given: Mapping[str, Any]) -> Options:
-    """The dataclass of options `kind` from a command's arguments of the same names; None stands for its default."""
-    names = {field.name for field in fields(cast("Any", kind))}
-    return kind(**{name: value for name, value in given.items() if name in names and value is not None})
+        typer.secho(f"warning: {in_terminal_words(str(message))}", fg=typer.colors.YELLOW, err=True)
 
 
 def console() -> Console:
@@ -114,42 +92,3 @@ def _finite(data: Any) -> Any:
     if isinstance(data, float) and not (float("-inf") < data < float("inf")):
         return None
     return data
-
-
-def pole_list(text: str) -> list[str]:
-    """The poles in a comma-separated text.
-
-    Raises:
-        UlnaError: for an empty entry.
-    """
-    poles = [part.strip() for part in text.split(",")]
-    if not all(poles):
-        raise UlnaError(f"poles '{text}'", "an entry is empty.", "Separate poles by commas: -9,-10,-11.")
-    return poles
-
-
-def number_list(text: str, what: str) -> list[float]:
-    """The numbers in a comma-separated text, formulas such as pi/2 included.
-
-    Raises:
-        UlnaError: for an entry that is no number.
-    """
-    from ulna.symbolic.formulas.parse import parse_formula
-
-    return [float(parse_formula(part, {}, where=f"{what} '{text}'")) for part in text.split(",")]
-
-
-def plant_states(system: System, initial: str) -> dict[str, float]:
-    """What `--initial` gives each state of the plant, by name.
-
-    Raises:
-        UlnaError: for another count, or an entry that is no number.
-    """
-    from ulna.base import SimulationError
-
-    names = [s.name for s in system.states]
-    numbers = number_list(initial, "--initial")
-    if len(numbers) != len(names):
-        found = f"{len(numbers)} numbers, {len(names)} states ({', '.join(names)})."
-        raise SimulationError("the initial state", found, "Give one for each.")
-    return dict(zip(names, numbers, strict=True))
