@@ -22,11 +22,11 @@ from ulna.campaign import (
     Saltelli,
     Sobol,
     Uniform,
-    distribution,
+    as_probability_distribution,
     grid,
 )
-from ulna.campaign.permutation import shuffled
-from ulna.campaign.plan import seeds
+from ulna.campaign.plans import seeds
+from ulna.campaign.plans.permutation import shuffled
 
 VARY = {"a": Uniform(low=-1, high=2), "b": Normal(mean=5, std=2, low=1, high=9), "c": LogUniform(low=1, high=100)}
 FIVE = VARY | {"d": Choice(values=(1.0, 2.0, 5.0)), "e": stats.gamma(2.0)}
@@ -158,7 +158,7 @@ def test_quantile_functions_invert_scipys_distribution_functions(p: float) -> No
         (Normal(mean=1, std=3), stats.norm(1, 3)),
         (Normal(mean=0, std=1, low=-0.5), stats.truncnorm(-0.5, math.inf)),
         (LogUniform(low=0.1, high=7), stats.loguniform(0.1, 7)),
-        (distribution(stats.weibull_min(1.5, scale=2)), stats.weibull_min(1.5, scale=2)),
+        (as_probability_distribution(stats.weibull_min(1.5, scale=2)), stats.weibull_min(1.5, scale=2)),
     )
     for ours, theirs in pairs:
         assert theirs.cdf(ours.quantile(np.array([p]))[0]) == pytest.approx(p, abs=1e-9)
@@ -186,7 +186,7 @@ def test_quantile_functions_invert_scipys_distribution_functions(p: float) -> No
         (lambda: grid({}), "no axis"),
         (lambda: grid({"a": []}), "at least one value"),
         (lambda: grid({"a": [1, 1]}), "stands twice"),
-        (lambda: distribution(stats.gamma(-1.0)), "do not fit|out of range"),
+        (lambda: as_probability_distribution(stats.gamma(-1.0)), "do not fit|out of range"),
     ],
 )
 def test_a_plan_that_makes_no_sense_is_one_clear_error(make, reason: str) -> None:

@@ -22,7 +22,7 @@ from ulna.campaign import (
     grid,
     replay,
 )
-from ulna.campaign.plan import seeds
+from ulna.campaign.plans import seeds
 from ulna.loop import Loop
 from ulna.sim import TIME, Crossing, FixedSteps, Held, Settling, Taylor, simulate
 

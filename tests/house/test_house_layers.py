@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -21,8 +22,14 @@ def _contract() -> str:
 
 def _lint(folder: Path, files: dict[str, str]) -> subprocess.CompletedProcess[str]:
     """Run import-linter with the project's contract on a made-up package `ulna` in `folder`."""
-    (folder / "pyproject.toml").write_text(_contract(), encoding="utf-8")
-    for name, text in {"__init__.py": "", **files}.items():
+    contract = _contract()
+    (folder / "pyproject.toml").write_text(contract, encoding="utf-8")
+    # A contract about the rooms of a package asks for the package.
+    rooms = [
+        each for entry in tomllib.loads(contract)["tool"]["importlinter"]["contracts"] for each in entry["containers"]
+    ]
+    fronts = {f"{'/'.join(each.split('.')[1:])}/__init__.py".lstrip("/"): "" for each in rooms}
+    for name, text in {**fronts, **files}.items():
         path = folder / "ulna" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
@@ -76,6 +83,14 @@ def test_a_package_without_a_line_is_refused(tmp_path: Path) -> None:
     result = _lint(tmp_path, {"base/__init__.py": "", "helpers/__init__.py": ""})
     assert result.returncode == 1
     assert "helpers" in result.stdout
+
+
+def test_a_room_that_imports_one_above_it_is_refused(tmp_path: Path) -> None:
+    result = _lint(
+        tmp_path, {"campaign/plans/__init__.py": "import ulna.campaign.store\n", "campaign/store/__init__.py": ""}
+    )
+    assert result.returncode == 1
+    assert "ulna.campaign.plans is not allowed to import ulna.campaign.store" in result.stdout
 
 
 def test_nothing_inside_imports_names_from_the_lazy_top_package() -> None:

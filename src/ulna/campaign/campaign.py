@@ -10,20 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ulna.campaign.batch import experiment_of, versions
-from ulna.campaign.encoding import to_text
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.experiment import Experiment
-from ulna.campaign.grid import Grid
-from ulna.campaign.measures import Measures
-from ulna.campaign.result import CampaignResult
-from ulna.campaign.runs import columns
-from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
-from ulna.campaign.store import Folder, Manifest, Memory, claimed
+from ulna.campaign.plans import Plan
+from ulna.campaign.runs import Experiment, Measures, columns, default_measures, experiment_of, to_text
+from ulna.campaign.store import CampaignResult, FolderStore, Manifest, MemoryStore, Store, claimed, versions
 from ulna.campaign.workers import LocalWorkers, Workers
 from ulna.loop import Loop
-from ulna.sim import Constant, FixedSteps, Taylor
-from ulna.system import System, as_system, equilibrium
+from ulna.sim import FixedSteps, Taylor
+from ulna.system import System, as_system
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +42,7 @@ class Progress:
 
 def campaign(
     loop: Any,
-    plan: Grid | LatinHypercube | Sobol | Random | Saltelli,
+    plan: Plan,
     measures: Measures | None = None,
     *,
     horizon: float,
@@ -101,7 +95,7 @@ def campaign(
         initial=dict(initial or {}),
         parameters=dict(parameters or {}),
         inputs=dict(inputs or {}),
-        measures=measures or _measures(subject, inputs or {}),
+        measures=measures or default_measures(subject, inputs or {}),
     )
     workers = workers or LocalWorkers()
     manifest = Manifest(
@@ -113,7 +107,7 @@ def campaign(
     # From here on the text alone counts: it is what workers and a later replay read.
     experiment = experiment_of(manifest.settings)
     if store is None:
-        memory = Memory(manifest)
+        memory = MemoryStore(manifest)
         _work(memory, workers, progress)
         return CampaignResult(store=memory)
     with claimed(Path(store), manifest) as folder:
@@ -123,11 +117,10 @@ def campaign(
     return CampaignResult(store=folder)
 
 
-def _work(store: Folder | Memory, workers: Workers, progress: Callable[[Progress], None] | None) -> None:
+def _work(store: Store, workers: Workers, progress: Callable[[Progress], None] | None) -> None:
     manifest = store.manifest
-    there = store.done()
+    there, done = store.done(), store.runs_done
     missing = [batch for batch in manifest.batches if batch not in there]
-    done = sum(last - first for first, last in there)
     begun, before = time.monotonic(), done
 
     def tell() -> None:
@@ -153,37 +146,10 @@ def _loop(given: Any) -> Loop:
     return Loop(plant=as_system(given))
 
 
-def _measures(loop: Loop, inputs: Mapping[str, Any]) -> Measures:
-    if loop.controller is None:
-        return Measures()
-    outputs = tuple(s.name for s in loop.plant.outputs)
-    constant = {s.name for s in loop.references if isinstance(inputs.get(s.name, 0.0), int | float | Constant)}
-    return Measures(
-        outputs=outputs,
-        effort=() if loop.sampled else tuple(s.name for s in loop.wiring.driven),
-        targets=_targets(loop.plant, outputs, constant),
-    )
-
-
-def _targets(plant: System, outputs: tuple[str, ...], references: set[str]) -> dict[str, float | str]:
-    """Where outputs should end: at their reference, else where the plant rests at its operating point."""
-    valued = plant.with_values()
-    point = equilibrium(valued)
-    readouts = dict(zip((s.name for s in plant.outputs), valued.inline(valued.readouts), strict=True))
-    found: dict[str, float | str] = {}
-    for name in outputs:
-        if f"{name}_ref" in references:
-            found[name] = f"{name}_ref"
-        else:
-            value = readouts[name].subs({**point.states, **point.inputs})
-            found[name] = float(value) if value.is_real and value.is_number else 0.0
-    return found
-
-
-def _check_room(folder: Folder, experiment: Experiment) -> None:
+def _check_room(folder: FolderStore, experiment: Experiment) -> None:
     """Refuse now what the disk cannot hold, rather than after hours."""
     each = sum(1 if column.whole else 8 for column in columns(experiment))
-    missing = folder.manifest.runs - sum(last - first for first, last in folder.done())
+    missing = folder.manifest.runs - folder.runs_done
     free = shutil.disk_usage(folder.path).free
     if each * missing > free:
         raise CampaignError(

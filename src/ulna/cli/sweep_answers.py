@@ -191,7 +191,7 @@ def _judged(result: CampaignResult) -> list[str]:
 def _outcomes(result: CampaignResult) -> dict[str, int]:
     import numpy as np
 
-    from ulna.campaign.runs import OUTCOMES
+    from ulna.campaign import OUTCOMES
 
     counts = np.zeros(len(OUTCOMES), dtype=np.int64)
     for block in result.blocks(["outcome"]):

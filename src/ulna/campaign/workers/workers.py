@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 from ulna.base import OptionalDependencyError
-from ulna.campaign.batch import computed_batch
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.store import Batch
+from ulna.campaign.workers.computing import computed_batch
 
 LARGEST_BATCH = 10_000
 """Runs of a batch at most, unless asked otherwise: seconds of work, a megabyte of results."""
@@ -112,7 +112,7 @@ class DaskWorkers:
             OptionalDependencyError: without Dask.
         """
         try:
-            from ulna.campaign.dask_workers import compute_by_dask, connected
+            from ulna.campaign.workers.distributed import compute_by_dask, connected
         except ImportError:
             raise OptionalDependencyError("a campaign on a cluster", "campaign") from None
         with connected(self.client, self.address, self.timeout) as client:

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from ulna.campaign.errors import CampaignError
+from ulna.loop import Loop
+from ulna.sim import Constant
+from ulna.system import System, equilibrium
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,3 +57,31 @@ class Column:
     def dtype(self) -> str:
         """NumPy's name of the type it is stored in (netCDF 3 is big-endian)."""
         return "i1" if self.whole else ">f8"
+
+
+def default_measures(loop: Loop, inputs: Mapping[str, Any]) -> Measures:
+    """Of a loop how the plant's outputs settle and the effort on its inputs; of a plant alone all outputs."""
+    if loop.controller is None:
+        return Measures()
+    outputs = tuple(s.name for s in loop.plant.outputs)
+    constant = {s.name for s in loop.references if isinstance(inputs.get(s.name, 0.0), int | float | Constant)}
+    return Measures(
+        outputs=outputs,
+        effort=() if loop.sampled else tuple(s.name for s in loop.wiring.driven),
+        targets=_targets(loop.plant, outputs, constant),
+    )
+
+
+def _targets(plant: System, outputs: tuple[str, ...], references: set[str]) -> dict[str, float | str]:
+    """Where outputs should end: at their reference, else where the plant rests at its operating point."""
+    valued = plant.with_values()
+    point = equilibrium(valued)
+    readouts = dict(zip((s.name for s in plant.outputs), valued.inline(valued.readouts), strict=True))
+    found: dict[str, float | str] = {}
+    for name in outputs:
+        if f"{name}_ref" in references:
+            found[name] = f"{name}_ref"
+        else:
+            value = readouts[name].subs({**point.states, **point.inputs})
+            found[name] = float(value) if value.is_real and value.is_number else 0.0
+    return found

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.grid import Grid
-from ulna.campaign.measures import Column
-from ulna.campaign.result import CampaignResult
+from ulna.campaign.plans import Grid
+from ulna.campaign.runs import Column
+from ulna.campaign.store import CampaignResult
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,105 +11,26 @@ import fcntl
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 from uuid import uuid4
 
-from ulna.campaign.batch import fingerprint
 from ulna.campaign.errors import CampaignError
+from ulna.campaign.store.batch_file import fingerprint
+from ulna.campaign.store.store import Batch, Manifest, Store
+from ulna.campaign.store.versions import check_versions
 
 MANIFEST = "campaign.json"
 BATCHES = "batches"
 LOCK = ".lock"
-FORMAT = 2
 
 _BATCH = re.compile(r"(\d{13})-(\d{13})\.([0-9a-f]{32})\.nc")
 _LEFTOVER = re.compile(r"\.[0-9a-f]{32}\.part")
 
-Batch = tuple[int, int]
-"""first, last: the runs first ≤ k < last, computed and stored together."""
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Manifest:
-    """What a folder holds, and all that is needed to compute it again bit for bit.
-
-    Attributes:
-        settings: text of the experiment. versions: of libraries. runs: how many.
-        batch_size: runs of a batch.
-    """
-
-    settings: str
-    versions: Mapping[str, str]
-    runs: int
-    batch_size: int
-
-    @property
-    def batches(self) -> list[Batch]:
-        """All batches, in order."""
-        return [(first, min(first + self.batch_size, self.runs)) for first in range(0, self.runs, self.batch_size)]
-
-    def to_text(self) -> str:
-        """What stands in the file."""
-        data = {
-            "format": FORMAT,
-            "runs": self.runs,
-            "batch_size": self.batch_size,
-            "versions": dict(self.versions),
-            "settings": json.loads(self.settings),
-        }
-        return json.dumps(data, indent=1, ensure_ascii=False) + "\n"
-
-
-class Store(Protocol):
-    """Where batches are kept."""
-
-    @property
-    def manifest(self) -> Manifest:
-        """What is kept."""
-        ...
-
-    def done(self) -> set[Batch]:
-        """The batches that are there."""
-        ...
-
-    def put(self, batch: Batch, data: bytes) -> None:
-        """Keep a batch."""
-        ...
-
-    def get(self, batch: Batch) -> bytes:
-        """A batch that is there, checked."""
-        ...
-
-
-class Memory:
-    """A store that ends with the process.
-
-    Args:
-        manifest: of the campaign.
-    """
-
-    def __init__(self, manifest: Manifest) -> None:
-        self.manifest = manifest
-        self._batches: dict[Batch, bytes] = {}
-
-    def done(self) -> set[Batch]:
-        """The batches that are there."""
-        return set(self._batches)
-
-    def put(self, batch: Batch, data: bytes) -> None:
-        """Keep a batch."""
-        self._batches[batch] = data
-
-    def get(self, batch: Batch) -> bytes:
-        """A batch."""
-        return self._batches[batch]
-
-
-class Folder:
+class FolderStore(Store):
     """A store on disk; `open_folder` and `claimed` make it.
 
     Args:
@@ -118,8 +39,8 @@ class Folder:
     """
 
     def __init__(self, path: Path, manifest: Manifest) -> None:
+        super().__init__(manifest)
         self.path = path
-        self.manifest = manifest
         allowed = set(manifest.batches)
         self._names: dict[Batch, str] = {}
         for name in _listed(path / BATCHES):
@@ -141,11 +62,10 @@ class Folder:
         try:
             write_whole(self.path / BATCHES / name, data)
         except OSError as error:
-            done = sum(last - first for first, last in self._names)
             raise CampaignError(
                 f"the result folder '{self.path}'",
                 f"a batch cannot be written: {(error.strerror or str(error)).lower()}; "
-                f"{done} of {self.manifest.runs} runs are safe in it.",
+                f"{self.runs_done} of {self.manifest.runs} runs are safe in it.",
                 "Make room, then start the same campaign again: it goes on from there.",
             ) from error
         self._names[batch] = name
@@ -186,7 +106,7 @@ class Folder:
 
 
 @contextmanager
-def claimed(path: Path, wanted: Manifest) -> Iterator[Folder]:
+def claimed(path: Path, wanted: Manifest) -> Iterator[FolderStore]:
     """The folder for a campaign, kept from other processes: a new one, or the one in which it was begun.
 
     A campaign that was begun there and of which no batch is done gives way: nothing is lost with it.
@@ -205,9 +125,9 @@ def claimed(path: Path, wanted: Manifest) -> Iterator[Folder]:
         if found is not None and found.manifest.settings != wanted.settings and found.done():
             raise _other_campaign(path, found.manifest, wanted)
         if found is not None and found.done():
-            _check_versions(path, found.manifest, wanted)
+            check_versions(found.manifest.versions, f"the result folder '{path}'")
         else:
-            found = Folder(path, wanted)
+            found = FolderStore(path, wanted)
             try:
                 write_whole(path / MANIFEST, wanted.to_text().encode())
             except OSError as error:
@@ -261,7 +181,7 @@ def _check_free(path: Path) -> None:
         )
 
 
-def open_folder(path: Path) -> Folder:
+def open_folder(path: Path) -> FolderStore:
     """The campaign in a folder.
 
     Raises:
@@ -276,18 +196,9 @@ def open_folder(path: Path) -> Folder:
     except ValueError as error:
         raise CampaignError(f"'{path / MANIFEST}'", f"it is truncated or no JSON ({error}).") from None
     try:
-        if data["format"] != FORMAT:
-            raise CampaignError(f"'{path / MANIFEST}'", f"format {data['format']} is unknown.")
-        settings = json.dumps(data["settings"], ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-        manifest = Manifest(
-            settings=settings,
-            versions=dict(data["versions"]),
-            runs=int(data["runs"]),
-            batch_size=int(data["batch_size"]),
-        )
+        return FolderStore(path, Manifest.from_mapping(data))
     except (KeyError, TypeError, ValueError) as error:
-        raise CampaignError(f"'{path / MANIFEST}'", f"it is no manifest of a campaign ({error!r}).") from None
-    return Folder(path, manifest)
+        raise CampaignError(f"'{path / MANIFEST}'", f"it is no manifest of a campaign ({error}).") from None
 
 
 def write_whole(target: Path, data: bytes) -> None:
@@ -340,18 +251,6 @@ def _differing(theirs: Any, ours: Any, where: str = "") -> list[str]:
     if isinstance(theirs, int | float | str) and isinstance(ours, int | float | str):
         return [f"{where} ({str(theirs)[:30]}, not {str(ours)[:30]})"]
     return [where]
-
-
-def _check_versions(path: Path, found: Manifest, wanted: Manifest) -> None:
-    differing = [
-        f"{name} {version}" for name, version in found.versions.items() if wanted.versions.get(name) != version
-    ]
-    if differing:
-        raise CampaignError(
-            f"the result folder '{path}'",
-            f"its campaign was begun with {', '.join(differing)}, which is not what is installed here.",
-            "Results of both would differ in their last bits: install those versions, or give another folder.",
-        )
 
 
 def _listed(folder: Path) -> list[str]:

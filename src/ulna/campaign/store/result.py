@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -12,13 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from ulna.campaign.batch import experiment_of, label, unpacked
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.experiment import Experiment
-from ulna.campaign.measures import Column
-from ulna.campaign.netcdf_writer import MOST_ROWS, NetcdfColumn, write_netcdf
-from ulna.campaign.runs import columns
-from ulna.campaign.store import Folder, Memory, open_folder
+from ulna.campaign.runs import Column, Experiment, columns, experiment_of
+from ulna.campaign.store.batch_file import label, unpacked
+from ulna.campaign.store.folder import open_folder
+from ulna.campaign.store.netcdf_writer import MOST_ROWS, NetcdfColumn, write_netcdf
+from ulna.campaign.store.store import Store
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -29,7 +29,7 @@ class CampaignResult:
         store: where they are.
     """
 
-    store: Folder | Memory
+    store: Store
 
     @property
     def experiment(self) -> Experiment:
@@ -107,9 +107,15 @@ class CampaignResult:
 
     def to_xarray(self) -> Any:
         """An `xarray.Dataset` over `run`, what varied as coordinates, units as attributes; values load when used."""
-        from ulna.campaign.dataset import dataset
+        from ulna.campaign.store.dataset import dataset
 
-        return dataset(self)
+        return dataset(self.columns, self.runs, self.read, self._described)
+
+    @property
+    def _described(self) -> dict[str, str]:
+        """All that is needed to repeat a campaign, as texts."""
+        manifest = self.store.manifest
+        return {"settings": manifest.settings, "versions": json.dumps(dict(manifest.versions))}
 
     def to_pandas(self) -> Any:
         """A `pandas.DataFrame`: a column for each figure, one row a run."""
@@ -142,8 +148,6 @@ class CampaignResult:
         Raises:
             CampaignError: a place that cannot be written, or more runs than such a file can hold.
         """
-        from ulna.campaign.dataset import described
-
         if self.runs > MOST_ROWS:
             raise CampaignError(f"the file '{path}'", f"a netCDF file holds {MOST_ROWS} runs, these are {self.runs}.")
         varied = [label(c, k) for k, c in enumerate(self.columns) if c.varied]
@@ -163,7 +167,7 @@ class CampaignResult:
                 first += len(values[0])
 
         with _written(Path(path)) as file:
-            write_netcdf(file, "run", self.runs, shown, described(self.store.manifest), blocks())
+            write_netcdf(file, "run", self.runs, shown, self._described, blocks())
         return Path(path)
 
     def _column(self, name: str) -> tuple[int, Column]:
@@ -184,7 +188,7 @@ def open_campaign(path: str | os.PathLike[str]) -> CampaignResult:
         CampaignError: no campaign there, one that is not finished, or a damaged manifest.
     """
     folder = open_folder(Path(path))
-    missing = folder.manifest.runs - sum(last - first for first, last in folder.done())
+    missing = folder.manifest.runs - folder.runs_done
     if missing:
         raise CampaignError(
             f"the result folder '{path}'",

@@ -8,16 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.grid import Grid
-from ulna.campaign.result import CampaignResult
-from ulna.campaign.sampling import Saltelli
+from ulna.campaign.plans import Grid, Saltelli
+from ulna.campaign.store import CampaignResult
 
 Interval = Callable[[int, int, float], tuple[float, float]]
 """(successes, trials, confidence) → limits of a proportion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fraction:
+class Proportion:
     """Part of the runs for which something holds.
 
     Attributes:
@@ -64,7 +63,7 @@ def clopper_pearson(successes: int, trials: int, confidence: float) -> tuple[flo
     return float(found.low), float(found.high)
 
 
-def settled_fraction(result: CampaignResult, *, confidence: float = 0.95, interval: Interval = wilson) -> Fraction:
+def settled_fraction(result: CampaignResult, *, confidence: float = 0.95, interval: Interval = wilson) -> Proportion:
     """The part of the runs that reached the end with every output in its band.
 
     Raises:
@@ -74,7 +73,7 @@ def settled_fraction(result: CampaignResult, *, confidence: float = 0.95, interv
         raise CampaignError(f"settled_fraction(confidence={confidence})", "it lies between 0 and 1.", "0.95 is usual.")
     count = sum(int(np.count_nonzero(block["settled"])) for block in result.blocks(["settled"]))
     low, high = interval(count, result.runs, confidence)
-    return Fraction(
+    return Proportion(
         count=count,
         runs=result.runs,
         low=low,

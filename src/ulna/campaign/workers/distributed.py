@@ -17,9 +17,9 @@ from distributed.comm.core import CommClosedError
 from distributed.comm.registry import get_backend
 from distributed.scheduler import KilledWorker
 
-from ulna.campaign.batch import computed_batch
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.store import Batch
+from ulna.campaign.workers.computing import computed_batch
 
 AHEAD = 3
 """Tasks in flight for each thread of the workers."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from ulna.campaign.answers.order_statistics import order_statistics
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.order_statistics import order_statistics
-from ulna.campaign.result import CampaignResult
+from ulna.campaign.store import CampaignResult
 
 LEVELS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 

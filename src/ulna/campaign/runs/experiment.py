@@ -13,10 +13,8 @@ import numpy as np
 import sympy as sp
 
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.grid import Grid
-from ulna.campaign.measures import Measures
-from ulna.campaign.plan import seeds
-from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
+from ulna.campaign.plans import Plan, seeds
+from ulna.campaign.runs.measures import Measures
 from ulna.loop import Loop
 from ulna.sim import Constant, FixedSteps, Taylor, as_input
 from ulna.system import System, to_si
@@ -55,7 +53,7 @@ class Experiment:
 
     loop: Loop
     horizon: float
-    plan: Grid | LatinHypercube | Sobol | Random | Saltelli
+    plan: Plan
     engine: Taylor | FixedSteps | None = None
     initial: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.plan import seeds
-from ulna.campaign.result import CampaignResult
-from ulna.campaign.sampling import Saltelli
+from ulna.campaign.plans import Saltelli, seeds
+from ulna.campaign.store import CampaignResult
 
 GROUPS = 4096
 """Groups of rows that the bootstrap draws from, at most."""

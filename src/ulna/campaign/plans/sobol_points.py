@@ -13,8 +13,8 @@ SOBOL_BITS = 30
 """Resolution of the points, and logarithm of how many there are at most."""
 
 
-class Sequence:
-    """SciPy's engine with a mark of how far it is: parts are mostly asked for in order, and going back begins anew.
+class SobolSequence:
+    """SciPy's engine with a mark of how far it is: batches are mostly asked for in order, and going back begins anew.
 
     Args:
         width: number of coordinates. seed: of the scrambling.
@@ -43,8 +43,8 @@ class Sequence:
 
 
 @lru_cache(maxsize=4)
-def _sequence(width: int, seed: int) -> Sequence:
-    return Sequence(width, seed)
+def _sequence(width: int, seed: int) -> SobolSequence:
+    return SobolSequence(width, seed)
 
 
 def check_points(width: int, count: int) -> None:

@@ -9,36 +9,28 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
-from functools import cache
-from importlib import import_module
+from dataclasses import fields, is_dataclass, replace
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
+import ulna.campaign.plans
+import ulna.loop
+import ulna.sim
+import ulna.system
 from ulna.base import UlnaError
 from ulna.campaign.errors import CampaignError
+from ulna.campaign.runs.experiment import Experiment
+from ulna.campaign.runs.measures import Measures
 from ulna.loop import Loop
-from ulna.program import Precision
+from ulna.program import Fused, Plain, Precision
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.formulas.parse import parse_formula
 from ulna.symbolic.formulas.text import formula
 
 TYPE = "type"
-
-# The last ones import this module: they are looked up when they are needed.
-_HOMES = (
-    "ulna.sim",
-    "ulna.loop",
-    "ulna.system",
-    "ulna.program.arithmetic",
-    "ulna.campaign.probability",
-    "ulna.campaign.grid",
-    "ulna.campaign.sampling",
-    "ulna.campaign.measures",
-    "ulna.campaign.experiment",
-)
 
 
 def to_text(value: Any) -> str:
@@ -58,21 +50,36 @@ def from_text(text: str) -> Any:
     """
     try:
         return _decoded(json.loads(text))
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (UlnaError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise CampaignError("settings of a campaign", f"they cannot be read ({error}).") from None
-    except UlnaError as error:
-        raise CampaignError("settings of a campaign", f"they cannot be read ({error}).") from None
+
+
+@lru_cache(maxsize=4)
+def experiment_of(settings: str) -> Experiment:
+    """The experiment of a text of settings, read once per process.
+
+    Compiled loops are found by the identity of the loop, so that equal ones of several campaigns must be one object.
+
+    Raises:
+        CampaignError: for a text of anything else.
+    """
+    found = from_text(settings)
+    if not isinstance(found, Experiment):
+        raise CampaignError("settings of a campaign", "they describe something else.")
+    return replace(found, loop=_shared(json.dumps(json.loads(settings)["loop"])))
+
+
+@lru_cache(maxsize=16)
+def _shared(text: str) -> Any:
+    return from_text(text)
 
 
 @cache
-def known_types() -> Mapping[str, type]:
+def _known_types() -> Mapping[str, type]:
     """The classes that may stand in settings, by name."""
-    return {
-        name: value
-        for home in _HOMES
-        for name, value in vars(import_module(home)).items()
-        if isinstance(value, type) and is_dataclass(value) and value.__module__.startswith("ulna.")
-    }
+    fronts = (ulna.loop, ulna.sim, ulna.system, ulna.campaign.plans)
+    offered = [value for front in fronts for value in vars(front).values() if isinstance(value, type)]
+    return {each.__name__: each for each in (*offered, Fused, Plain, Experiment, Measures) if is_dataclass(each)}
 
 
 def _encoded(value: Any) -> Any:
@@ -108,12 +115,10 @@ def _composed(value: Any) -> Any:
             return [_encoded(v) for v in value]
         case Loop():
             # A law or compensator is stored as the systems that it is made of.
-            parts = value.parts
-            controller = parts.system if parts is not None and parts.law is parts.system else parts
-            shown = {"plant": value.plant, "controller": controller, "hardware": value.hardware}
+            shown = {"plant": value.plant, "controller": value.parts, "hardware": value.hardware}
             return {TYPE: "Loop", **{name: _encoded(each) for name, each in shown.items()}}
     name = type(value).__name__
-    if known_types().get(name) is not type(value):
+    if _known_types().get(name) is not type(value):
         raise CampaignError(
             f"a {name} in the settings of a campaign",
             "it cannot be stored.",
@@ -151,5 +156,5 @@ def _decoded(data: Any) -> Any:
             return Precision(data["value"])
         case "map":
             return {key: _decoded(value) for key, value in data["entries"]}
-    kind = known_types()[data[TYPE]]
+    kind = _known_types()[data[TYPE]]
     return kind(**{key: _decoded(value) for key, value in data.items() if key != TYPE})

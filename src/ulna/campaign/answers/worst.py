@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.result import CampaignResult
 from ulna.campaign.runs import OUTCOMES
+from ulna.campaign.store import CampaignResult
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.plan import check_count, check_seed
+from ulna.campaign.plans.plan import check_count, check_seed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,8 +8,8 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.permutation import mixed
-from ulna.campaign.probability import Distribution, distribution
+from ulna.campaign.plans.permutation import mixed
+from ulna.campaign.plans.probability import ProbabilityDistribution, as_probability_distribution
 
 MOST_RUNS = 2**40
 """More runs than any plan may have: a slip of the finger, not a campaign."""
@@ -55,15 +55,15 @@ def seeds(plan: Plan, first: int, last: int) -> np.ndarray:
     return mixed(places)
 
 
-def checked_vary(what: str, given: Mapping[str, Any]) -> tuple[tuple[str, Distribution], ...]:
-    """Names with their distributions, frozen.
+def checked_vary(what: str, given: Mapping[str, Any]) -> dict[str, ProbabilityDistribution]:
+    """Names with their distributions.
 
     Raises:
         CampaignError: nothing varied, or something that is no distribution.
     """
     if not given:
         raise CampaignError(what, "nothing is varied.", "Give vary={'name': Uniform(low=..., high=...)}.")
-    return tuple((str(name), distribution(value)) for name, value in given.items())
+    return {str(name): as_probability_distribution(value) for name, value in given.items()}
 
 
 def check_count(what: str, count: int) -> None:

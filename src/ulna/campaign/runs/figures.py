@@ -8,8 +8,8 @@ from functools import lru_cache
 import numpy as np
 
 from ulna.base.units import unit as unit_of
-from ulna.campaign.experiment import Experiment, Role
-from ulna.campaign.measures import Column
+from ulna.campaign.runs.experiment import Experiment, Role
+from ulna.campaign.runs.measures import Column
 from ulna.loop import Loop
 from ulna.sim import BAND, CODES, Ensemble, Figures, simulate
 from ulna.system import Signal, System

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.permutation import shuffled
-from ulna.campaign.plan import check_count, check_seed, checked_vary
-from ulna.campaign.sobol_points import check_points, sobol_points
+from ulna.campaign.plans.permutation import shuffled
+from ulna.campaign.plans.plan import check_count, check_seed, checked_vary
+from ulna.campaign.plans.sobol_points import check_points, sobol_points
 
 _HALF = 2.0**-53
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Drawn(ABC):
+class DrawnPlan(ABC):
     """What all plans have in common that place points in the unit cube and read them off distributions.
 
     Any run's point is found from its number, without those before it: a plan takes no memory, however long it is.
@@ -26,6 +26,9 @@ class Drawn(ABC):
     Args:
         vary: name → distribution, in SI.
         seed: of everything random in the campaign.
+
+    Raises:
+        CampaignError: no run or beyond reason many, nothing varied, something that is no distribution.
     """
 
     vary: Mapping[str, Any]
@@ -33,7 +36,7 @@ class Drawn(ABC):
 
     def __post_init__(self) -> None:
         what = f"a plan {type(self).__name__}"
-        object.__setattr__(self, "vary", dict(checked_vary(what, self.vary)))
+        object.__setattr__(self, "vary", checked_vary(what, self.vary))
         check_count(what, self.count)
         check_seed(what, self.seed)
 
@@ -62,17 +65,8 @@ class Drawn(ABC):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Random(Drawn):
-    """Independent draws; run k uses its own place of the counter-based generator Philox.
-
-    Args:
-        vary: name → distribution, in SI.
-        runs: how many.
-        seed: of everything random in the campaign.
-
-    Raises:
-        CampaignError: fewer than one run, nothing varied, no distribution.
-    """
+class CountedPlan(DrawnPlan):
+    """A plan of as many runs as asked for. runs: how many; see `DrawnPlan`."""
 
     runs: int
 
@@ -80,6 +74,11 @@ class Random(Drawn):
     def count(self) -> int:
         """Number of runs."""
         return self.runs
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Random(CountedPlan):
+    """`Random(vary=..., runs=N)`: independent draws; run k has its own place of the counter-based generator Philox."""
 
     def points(self, first: int, last: int) -> np.ndarray:
         """(last − first, quantities) independent points."""
@@ -87,27 +86,12 @@ class Random(Drawn):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LatinHypercube(Drawn):
-    """A Latin hypercube: of N strata of equal chance of each quantity, every one is met once.
-
-    Args:
-        vary: name → distribution, in SI.
-        runs: how many.
-        seed: of everything random in the campaign.
-
-    Raises:
-        CampaignError: fewer than one run, nothing varied, no distribution.
+class LatinHypercube(CountedPlan):
+    """`LatinHypercube(vary=..., runs=N)`: of N strata of equal chance of each quantity, every one is met once.
 
     Reference:
         M. McKay, R. Beckman, W. Conover, Technometrics 21 (1979).
     """
-
-    runs: int
-
-    @property
-    def count(self) -> int:
-        """Number of runs."""
-        return self.runs
 
     def points(self, first: int, last: int) -> np.ndarray:
         """(last − first, quantities) points: of each quantity a stratum of its own, and a place in it by chance."""
@@ -118,31 +102,19 @@ class LatinHypercube(Drawn):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sobol(Drawn):
-    """Scrambled Sobol points, evener than chance; best with a power of two runs.
-
-    Args:
-        vary: name → distribution, in SI.
-        runs: how many.
-        seed: of everything random in the campaign, the scrambling included.
+class Sobol(CountedPlan):
+    """`Sobol(vary=..., runs=N)`: scrambled Sobol points, evener than chance; best with a power of two runs.
 
     Raises:
-        CampaignError: fewer than one run or more than there are points, nothing varied, no distribution.
+        CampaignError: as `DrawnPlan`, and for more runs than there are points.
 
     Reference:
         A. Owen, "Scrambling Sobol' and Niederreiter–Xing points", Journal of Complexity 14 (1998).
     """
 
-    runs: int
-
     def __post_init__(self) -> None:
-        Drawn.__post_init__(self)
+        DrawnPlan.__post_init__(self)
         check_points(len(self.vary), self.count)
-
-    @property
-    def count(self) -> int:
-        """Number of runs."""
-        return self.runs
 
     def points(self, first: int, last: int) -> np.ndarray:
         """(last − first, quantities) points of the sequence."""
@@ -150,18 +122,17 @@ class Sobol(Drawn):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Saltelli(Drawn):
+class Saltelli(DrawnPlan):
     """The runs that Sobol indices are estimated from: n points A, n points B, and for each quantity A with B's column.
 
     Its n (quantities + 2) runs are for `sensitivity`; they are no sample of independent points.
 
     Args:
-        vary: name → distribution, in SI.
+        vary, seed: as of every `DrawnPlan`.
         base: n, a power of two.
-        seed: of everything random in the campaign.
 
     Raises:
-        CampaignError: n no power of two, nothing varied, no distribution.
+        CampaignError: as `DrawnPlan`, and for an n that is no power of two.
 
     Reference:
         A. Saltelli et al., "Variance based sensitivity analysis of model output", Computer Physics Communications 181
@@ -173,7 +144,7 @@ class Saltelli(Drawn):
     def __post_init__(self) -> None:
         if self.base < 2 or self.base & (self.base - 1):
             raise CampaignError(f"Saltelli(base={self.base})", "the base must be a power of two.", "256 is usual.")
-        Drawn.__post_init__(self)
+        DrawnPlan.__post_init__(self)
         check_points(2 * len(self.vary), self.base)
 
     @property

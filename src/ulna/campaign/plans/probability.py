@@ -12,7 +12,7 @@ from ulna.campaign.errors import CampaignError
 
 
 @runtime_checkable
-class Distribution(Protocol):
+class ProbabilityDistribution(Protocol):
     """A distribution of a number in SI, given by its quantile function."""
 
     @property
@@ -148,7 +148,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FromScipy:
-    """A continuous distribution of `scipy.stats` by its name and arguments; `distribution(...)` makes one.
+    """A continuous distribution of `scipy.stats` by its name and arguments; `as_probability_distribution` makes one.
 
     Raises:
         CampaignError: a name or arguments that SciPy does not know.
@@ -185,13 +185,13 @@ class FromScipy:
         return np.asarray(self._frozen.ppf(probability), dtype=float)
 
 
-def distribution(given: Any) -> Distribution:
+def as_probability_distribution(given: Any) -> ProbabilityDistribution:
     """The distribution that an object stands for: one of ours, or a frozen one of `scipy.stats`.
 
     Raises:
         CampaignError: for anything else.
     """
-    if isinstance(given, Distribution):
+    if isinstance(given, ProbabilityDistribution):
         return given
     family: Any = getattr(given, "dist", None)
     arguments = getattr(given, "args", ())
