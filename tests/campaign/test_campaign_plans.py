@@ -15,6 +15,7 @@ from scipy.stats import qmc
 from ulna.campaign import (
     CampaignError,
     Choice,
+    Grid,
     LatinHypercube,
     LogUniform,
     Normal,
@@ -23,7 +24,6 @@ from ulna.campaign import (
     Sobol,
     Uniform,
     as_probability_distribution,
-    grid,
 )
 from ulna.campaign.plans import seeds
 from ulna.campaign.plans.permutation import shuffled
@@ -35,7 +35,7 @@ PLANS = {
     "latin": LatinHypercube(vary=FIVE, runs=300, seed=7),
     "sobol": Sobol(vary=FIVE, runs=300, seed=7),
     "saltelli": Saltelli(vary=FIVE, base=32, seed=7),
-    "grid": grid({"a": np.linspace(0, 1, 7), "b": [1, 5, 2], "c": range(10)}, seed=7),
+    "grid": Grid(axes={"a": np.linspace(0, 1, 7), "b": [1, 5, 2], "c": range(10)}, seed=7),
 }
 
 
@@ -142,7 +142,7 @@ def test_a_saltelli_plan_changes_one_column_at_a_time() -> None:
 
 
 def test_a_grid_holds_every_combination_once() -> None:
-    plan = grid({"a": [1, 2, 3], "b": [10, 20]})
+    plan = Grid(axes={"a": [1, 2, 3], "b": [10, 20]})
     values = plan.values(0, 6)
     assert list(zip(values["a"], values["b"], strict=True)) == [(a, b) for a in (1, 2, 3) for b in (10, 20)]
 
@@ -183,9 +183,9 @@ def test_quantile_functions_invert_scipys_distribution_functions(p: float) -> No
         (lambda: Normal(mean=0, std=1, low=2, high=1), "wrong way round"),
         (lambda: Normal(mean=0, std=1, low=50), "hardly ever"),
         (lambda: Choice(values=()), "at least one value"),
-        (lambda: grid({}), "no axis"),
-        (lambda: grid({"a": []}), "at least one value"),
-        (lambda: grid({"a": [1, 1]}), "stands twice"),
+        (lambda: Grid(axes={}), "no axis"),
+        (lambda: Grid(axes={"a": []}), "at least one value"),
+        (lambda: Grid(axes={"a": [1, 1]}), "stands twice"),
         (lambda: as_probability_distribution(stats.gamma(-1.0)), "do not fit|out of range"),
     ],
 )

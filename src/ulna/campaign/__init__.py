@@ -17,8 +17,8 @@ from ulna.campaign.answers import (
     wilson,
     worst_cases,
 )
-from ulna.campaign.campaign import Progress, campaign
 from ulna.campaign.errors import CampaignError
+from ulna.campaign.execution import Progress, campaign
 from ulna.campaign.plans import (
     Choice,
     FromScipy,
@@ -33,9 +33,8 @@ from ulna.campaign.plans import (
     Sobol,
     Uniform,
     as_probability_distribution,
-    grid,
 )
-from ulna.campaign.runs import OUTCOMES, Column, Experiment, Measures
+from ulna.campaign.runs import OUTCOMES, Column, Experiment, Measures, Window
 from ulna.campaign.store import CampaignResult, open_campaign
 from ulna.campaign.workers import DaskWorkers, LocalWorkers, Workers
 
@@ -67,12 +66,12 @@ __all__ = [
     "SettledMap",
     "Sobol",
     "Uniform",
+    "Window",
     "Workers",
     "as_probability_distribution",
     "campaign",
     "clopper_pearson",
     "fan",
-    "grid",
     "open_campaign",
     "quantiles",
     "replay",

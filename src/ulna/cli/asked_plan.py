@@ -29,7 +29,7 @@ def plan_of(vary: Sequence[str], runs: int, seed: int, sampling: Sampling) -> An
     Raises:
         UlnaError: an entry that cannot be read, a name that stands twice, a grid mixed with chance.
     """
-    from ulna.campaign import CampaignError, LatinHypercube, Random, Saltelli, Sobol, grid
+    from ulna.campaign import CampaignError, Grid, LatinHypercube, Random, Saltelli, Sobol
 
     read = [_varied(text) for text in vary]
     names = [name for name, _ in read]
@@ -43,7 +43,7 @@ def plan_of(vary: Sequence[str], runs: int, seed: int, sampling: Sampling) -> An
             raise CampaignError(
                 f"--vary {drawn}", "it is drawn by chance, others lie on a grid.", "Give steps(...) or values(...)."
             )
-        return grid(axes, seed=seed)
+        return Grid(axes=axes, seed=seed)
     spread: dict[str, Any] = dict(read)
     match sampling:
         case Sampling.random:

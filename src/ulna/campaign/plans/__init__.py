@@ -1,6 +1,6 @@
 """Plans: which values the runs of a campaign take."""
 
-from ulna.campaign.plans.grid import Grid, grid
+from ulna.campaign.plans.grid import Grid
 from ulna.campaign.plans.plan import Plan, seeds
 from ulna.campaign.plans.probability import (
     Choice,
@@ -27,6 +27,5 @@ __all__ = [
     "Sobol",
     "Uniform",
     "as_probability_distribution",
-    "grid",
     "seeds",
 ]

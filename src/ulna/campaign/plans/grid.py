@@ -17,20 +17,22 @@ class Grid:
     """Every combination of the values along some axes; the last axis runs fastest.
 
     Args:
-        axes: name → values in SI; made by `grid(...)`.
+        axes: name → values in SI.
         seed: of the noise.
 
     Raises:
         CampaignError: no axis, an empty one, a value that is not finite, or one that stands twice.
     """
 
-    axes: tuple[tuple[str, tuple[float, ...]], ...]
+    axes: Mapping[str, Sequence[float] | np.ndarray]
     seed: int = 0
 
     def __post_init__(self) -> None:
         if not self.axes:
-            raise CampaignError("a grid", "it has no axis.", "Give grid({'name': values, ...}).")
-        for name, values in self.axes:
+            raise CampaignError("a grid", "it has no axis.", "Give Grid(axes={'name': values, ...}).")
+        axes = {name: tuple(float(v) for v in np.ravel(values)) for name, values in self.axes.items()}
+        object.__setattr__(self, "axes", axes)
+        for name, values in axes.items():
             if not values or not all(map(math.isfinite, values)):
                 raise CampaignError(f"axis '{name}' of a grid", "it needs at least one value, and all of them finite.")
             if len(set(values)) < len(values):
@@ -46,32 +48,22 @@ class Grid:
     @property
     def shape(self) -> tuple[int, ...]:
         """Length of each axis."""
-        return tuple(len(values) for _, values in self.axes)
+        return tuple(len(values) for values in self.axes.values())
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the axes."""
-        return tuple(name for name, _ in self.axes)
+        return tuple(self.axes)
 
     def support(self, name: str) -> tuple[float, float]:
         """Least and largest value of an axis."""
-        values = dict(self.axes)[name]
+        values = self.axes[name]
         return min(values), max(values)
 
     def values(self, first: int, last: int) -> dict[str, np.ndarray]:
         """(last − first,) values along each axis."""
         places = np.unravel_index(np.arange(first, last), self.shape)
         return {
-            name: np.array(values, dtype=float)[place] for (name, values), place in zip(self.axes, places, strict=True)
+            name: np.array(values, dtype=float)[place]
+            for (name, values), place in zip(self.axes.items(), places, strict=True)
         }
-
-
-def grid(axes: Mapping[str, Sequence[float] | np.ndarray], *, seed: int = 0) -> Grid:
-    """The grid over values by name.
-
-    Raises:
-        CampaignError: as `Grid`.
-    """
-    return Grid(
-        axes=tuple((name, tuple(float(v) for v in np.ravel(values))) for name, values in axes.items()), seed=seed
-    )

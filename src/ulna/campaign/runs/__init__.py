@@ -2,8 +2,8 @@
 
 from ulna.campaign.runs.experiment import Experiment, Role
 from ulna.campaign.runs.figures import OUTCOMES, columns, run_batch
-from ulna.campaign.runs.measures import Column, Measures, default_measures
-from ulna.campaign.runs.path import path
+from ulna.campaign.runs.measures import Column, Measures, Window, default_measures
+from ulna.campaign.runs.run_path import path
 from ulna.campaign.runs.settings import experiment_of, to_text
 
 __all__ = [
@@ -12,6 +12,7 @@ __all__ = [
     "Experiment",
     "Measures",
     "Role",
+    "Window",
     "columns",
     "default_measures",
     "experiment_of",

@@ -81,6 +81,14 @@ class Experiment:
         """Whose states are initial values and whose outputs are looked at: the plant of a loop with a processor."""
         return self.loop.plant if self.loop.sampled else self.loop.system
 
+    @property
+    def sample_times(self) -> np.ndarray:
+        """(T,) s: the processor's samples, else the ends of the intervals on which a path is looked at."""
+        hardware = self.loop.hardware
+        if hardware is not None and hardware.period is not None:
+            return hardware.period * np.arange(math.floor(self.horizon / hardware.period + 1e-9) + 1)
+        return np.linspace(0.0, self.horizon, self.measures.samples + 1)
+
     def role(self, name: str) -> Role:
         """What a varied name is.
 
@@ -166,6 +174,13 @@ class Experiment:
         for name in (*self.measures.outputs, *self.measures.targets, *self.measures.effort):
             if name not in outputs:
                 raise _unknown(f"'{name}' in Measures", name, {"output": outputs})
+        for window in self.measures.windows:
+            if not window.holds(self.sample_times).any() or window.end > self.horizon * (1 + 1e-9):
+                raise CampaignError(
+                    f"Window('{window.signal}', begin={window.begin:g}, end={window.end:g})",
+                    f"no sample lies in it, or it ends after the run of {self.horizon:g} s.",
+                    "Widen it, or run longer.",
+                )
         for name, given in self.measures.targets.items():
             if not isinstance(given, str):
                 continue

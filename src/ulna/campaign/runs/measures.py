@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from ulna.campaign.errors import CampaignError
 from ulna.loop import Loop
@@ -13,14 +16,53 @@ from ulna.system import System, equilibrium
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Window:
+    """A signal within a span of time: its least, most and mean value at the samples in it.
+
+    NaN of a run that ended before the window does. A continuous loop is looked at on `Measures(samples=...)`
+    intervals, and its runs go one by one.
+
+    Args:
+        signal: state, output, estimate, command (`u_command`), measured value (`y_measured`) and so on.
+        begin, end: s, both included.
+        name: its columns are `least_<signal>_<name>` and so on.
+
+    Raises:
+        CampaignError: an end that does not lie behind the begin.
+    """
+
+    signal: str
+    begin: float
+    end: float
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.begin < self.end < math.inf):
+            raise CampaignError(
+                f"Window(begin={self.begin}, end={self.end})", "the end must lie behind the begin, which is 0 or later."
+            )
+
+    @property
+    def label(self) -> str:
+        """What its columns are called after."""
+        return f"{self.signal}_{self.name}" if self.name else self.signal
+
+    def holds(self, times: np.ndarray) -> np.ndarray:
+        """(T,) which of the times lie in it, to rounding."""
+        slack = 1e-9 * self.end
+        return (times >= self.begin - slack) & (times <= self.end + slack)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Measures:
     """What is kept of every run: how each output settled, the effort, the final state, how it ended.
 
     Attributes:
-        outputs: outputs that have to settle; empty: all that are not efforts.
-        targets: by output name where it should end: a number in SI, or the name of a varied quantity or reference;
-            0 where left out.
+        outputs: outputs whose figures are kept, besides those with a target; empty: all that are not efforts.
+        targets: by output name where it should end: a number in SI, or the name of a varied quantity or reference.
+            A run has settled when all outputs named here have; where none is named, all have to, each at 0.
         effort: of a whole closed loop the outputs that drive the plant: of them only the peak is of interest.
+        windows: signals within spans of time.
         samples: intervals on which all this is looked at in continuous loops with jumps, limits or end stops; of others
             it is read off the steps of the integrator, to about its tolerance.
 
@@ -31,9 +73,14 @@ class Measures:
     outputs: tuple[str, ...] = ()
     targets: Mapping[str, float | str] = field(default_factory=dict)
     effort: tuple[str, ...] = ()
+    windows: tuple[Window, ...] = ()
     samples: int = 500
 
     def __post_init__(self) -> None:
+        labels = [window.label for window in self.windows]
+        twice = [label for label in labels if labels.count(label) > 1]
+        if twice:
+            raise CampaignError(f"two windows of '{twice[0]}'", "they have one name.", "Give Window(..., name='late').")
         if self.samples < 1:
             raise CampaignError(f"Measures(samples={self.samples})", "at least one interval is needed.")
 

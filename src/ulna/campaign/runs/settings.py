@@ -23,7 +23,7 @@ import ulna.system
 from ulna.base import UlnaError
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.runs.experiment import Experiment
-from ulna.campaign.runs.measures import Measures
+from ulna.campaign.runs.measures import Measures, Window
 from ulna.loop import Loop
 from ulna.program import Fused, Plain, Precision
 from ulna.symbolic.exact.zero import SampledZero, is_zero
@@ -79,7 +79,9 @@ def _known_types() -> Mapping[str, type]:
     """The classes that may stand in settings, by name."""
     fronts = (ulna.loop, ulna.sim, ulna.system, ulna.campaign.plans)
     offered = [value for front in fronts for value in vars(front).values() if isinstance(value, type)]
-    return {each.__name__: each for each in (*offered, Fused, Plain, Experiment, Measures) if is_dataclass(each)}
+    return {
+        each.__name__: each for each in (*offered, Fused, Plain, Experiment, Measures, Window) if is_dataclass(each)
+    }
 
 
 def _encoded(value: Any) -> Any:

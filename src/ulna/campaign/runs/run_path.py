@@ -21,10 +21,9 @@ def path(experiment: Experiment, number: int) -> Trajectory:
     if not 0 <= number < experiment.plan.count:
         raise CampaignError(f"run {number}", f"the campaign has the runs 0 to {experiment.plan.count - 1}.")
     _, given = experiment.arguments(number, number + 1)
-    samples = np.linspace(0.0, experiment.horizon, experiment.measures.samples + 1)
     return simulate(
         experiment.loop,
-        times=experiment.horizon if experiment.loop.sampled else samples,
+        times=experiment.horizon if experiment.loop.sampled else experiment.sample_times,
         engine=experiment.engine,
         initial=_alone(given["initial"]),
         inputs=_alone(given["inputs"]),

@@ -17,7 +17,7 @@ from ulna.campaign.store import CampaignResult, FolderStore, Manifest, MemorySto
 from ulna.campaign.workers import LocalWorkers, Workers
 from ulna.loop import Loop
 from ulna.sim import FixedSteps, Taylor
-from ulna.system import System, as_system
+from ulna.system import as_system
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +61,7 @@ def campaign(
     moment and called again with the same arguments, it goes on with what is missing. A run that blows up is one result.
 
     Args:
-        loop: a `Loop`, a closed loop, a `System`, or what has one as its `.system`.
+        loop: a `Loop`, a `System`, or what has one as its `.system`.
         plan: what varies: initial states, parameters, constant references and disturbances, by name.
         measures: what is kept; by default, of a loop, how the plant's outputs settle (at a constant reference
             `<output>_ref`, else at the operating point) and the effort on its inputs.
@@ -137,13 +137,8 @@ def _work(store: Store, workers: Workers, progress: Callable[[Progress], None] |
 
 
 def _loop(given: Any) -> Loop:
-    """The loop that is meant; a closed loop brings its plant and controller, any other system is one without."""
-    if isinstance(given, Loop):
-        return given
-    plant, controller = getattr(given, "plant", None), getattr(given, "controller", None)
-    if isinstance(plant, System) and controller is not None:
-        return Loop(plant=plant, controller=controller)
-    return Loop(plant=as_system(given))
+    """The loop that is meant; any other system is one without a controller."""
+    return given if isinstance(given, Loop) else Loop(plant=as_system(given))
 
 
 def _check_room(folder: FolderStore, experiment: Experiment) -> None:

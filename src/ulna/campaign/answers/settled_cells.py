@@ -72,7 +72,7 @@ def settled_map(result: CampaignResult, x: str, y: str, *, cells: int | None = N
 def _edges(result: CampaignResult, x: str, y: str, cells: int) -> list[np.ndarray]:
     plan = result.experiment.plan
     if isinstance(plan, Grid):
-        return [_around(np.sort(np.array(dict(plan.axes)[name]))) for name in (x, y)]
+        return [_around(np.sort(np.array(plan.axes[name]))) for name in (x, y)]
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for block in result.blocks([x, y]):
         low = np.minimum(low, [block[x].min(), block[y].min()])
