@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pytest
@@ -20,16 +19,10 @@ def _contract() -> str:
     return text[text.index("[tool.importlinter]") :]
 
 
-def _lint(folder: Path, files: dict[str, str]) -> subprocess.CompletedProcess[str]:
-    """Run import-linter with the project's contract on a made-up package `ulna` in `folder`."""
-    contract = _contract()
-    (folder / "pyproject.toml").write_text(contract, encoding="utf-8")
-    # A contract about the rooms of a package asks for the package.
-    rooms = [
-        each for entry in tomllib.loads(contract)["tool"]["importlinter"]["contracts"] for each in entry["containers"]
-    ]
-    fronts = {f"{'/'.join(each.split('.')[1:])}/__init__.py".lstrip("/"): "" for each in rooms}
-    for name, text in {**fronts, **files}.items():
+def _lint(folder: Path, files: dict[str, str], contract: str = "layers") -> subprocess.CompletedProcess[str]:
+    """Run import-linter with one of the project's contracts on a made-up package `ulna` in `folder`."""
+    (folder / "pyproject.toml").write_text(_contract(), encoding="utf-8")
+    for name, text in {"__init__.py": "", **files}.items():
         path = folder / "ulna" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
@@ -39,6 +32,7 @@ def _lint(folder: Path, files: dict[str, str]) -> subprocess.CompletedProcess[st
             "-c",
             "from importlinter.cli import lint_imports_command; lint_imports_command()",
             "--no-cache",
+            f"--contract={contract}",
         ],
         cwd=folder,
         env={"PYTHONPATH": str(folder), "PATH": ""},
@@ -86,9 +80,12 @@ def test_a_package_without_a_line_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_room_that_imports_one_above_it_is_refused(tmp_path: Path) -> None:
-    result = _lint(
-        tmp_path, {"campaign/plans/__init__.py": "import ulna.campaign.store\n", "campaign/store/__init__.py": ""}
-    )
+    files = {
+        "campaign/__init__.py": "",
+        "campaign/plans/__init__.py": "import ulna.campaign.store\n",
+        "campaign/store/__init__.py": "",
+    }
+    result = _lint(tmp_path, files, "rooms-of-campaign")
     assert result.returncode == 1
     assert "ulna.campaign.plans is not allowed to import ulna.campaign.store" in result.stdout
 
