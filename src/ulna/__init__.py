@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ulna.campaign import CampaignError as CampaignError
     from ulna.campaign import CampaignResult as CampaignResult
     from ulna.campaign import Choice as Choice
+    from ulna.campaign import Grid as Grid
     from ulna.campaign import LatinHypercube as LatinHypercube
     from ulna.campaign import LogUniform as LogUniform
     from ulna.campaign import Measures as Measures
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from ulna.campaign import Saltelli as Saltelli
     from ulna.campaign import Sobol as Sobol
     from ulna.campaign import Uniform as Uniform
-    from ulna.campaign import grid as grid
     from ulna.campaign import open_campaign as open_campaign
     from ulna.campaign import quantiles as quantiles
     from ulna.campaign import replay as replay
@@ -206,7 +206,7 @@ _HOME = {
     "from_control": "ulna.sim.python_control",
     "Fused": "ulna.program",
     "Gpu": "ulna.sim",
-    "grid": "ulna.campaign",
+    "Grid": "ulna.campaign",
     "Guard": "ulna.loop",
     "Hardware": "ulna.loop",
     "Held": "ulna.sim",

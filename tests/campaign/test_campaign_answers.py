@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from hypothesis import strategies as st
 from ulna.campaign import (
     CampaignError,
     Choice,
+    Grid,
     Measures,
     Random,
     Saltelli,
@@ -21,7 +21,6 @@ from ulna.campaign import (
     campaign,
     clopper_pearson,
     fan,
-    grid,
     quantiles,
     replay,
     sensitivity,
@@ -30,7 +29,7 @@ from ulna.campaign import (
     wilson,
     worst_cases,
 )
-from ulna.campaign.order_statistics import order_statistics
+from ulna.campaign.answers.order_statistics import order_statistics
 from ulna.sim import simulate
 from ulna.system import system_from_mapping
 
@@ -60,7 +59,7 @@ def test_the_settled_fraction_is_that_of_the_runs_below_the_threshold() -> None:
 
 
 def test_a_fraction_of_a_grid_claims_no_confidence() -> None:
-    found = settled_fraction(campaign(RUNAWAY, grid({"x": [-1.0, 0.5, 4.0]}), horizon=8.0))
+    found = settled_fraction(campaign(RUNAWAY, Grid(axes={"x": [-1.0, 0.5, 4.0]}), horizon=8.0))
     assert (found.count, found.runs, found.drawn) == (2, 3, False)
     assert str(found) == "66.67%"
 
@@ -164,7 +163,7 @@ def test_grouped_rows_give_the_limits_that_single_rows_give(monkeypatch) -> None
     vary = {"a": Uniform(low=1, high=2), "b": Uniform(low=1, high=2)}
     result = campaign(FLAT, Saltelli(vary=vary, base=2048, seed=1), Measures(samples=2), horizon=1.0)
     single = sensitivity(result, "peak_error_y", resamples=1000)
-    monkeypatch.setattr(sys.modules["ulna.campaign.sensitivity"], "GROUPS", 256)
+    monkeypatch.setattr("ulna.campaign.answers.sobol_indices.GROUPS", 256)
     grouped = sensitivity(result, "peak_error_y", resamples=1000)
     assert grouped.first_order == pytest.approx(single.first_order, abs=1e-12)
     width = single.total_high - single.total_low
@@ -172,7 +171,7 @@ def test_grouped_rows_give_the_limits_that_single_rows_give(monkeypatch) -> None
 
 
 def test_a_map_over_a_grid_has_a_cell_for_each_value() -> None:
-    result = campaign(RUNAWAY, grid({"x": [-1.0, 0.5, 2.0, 4.0], "c": [0.0, 1.0]}), horizon=8.0)
+    result = campaign(RUNAWAY, Grid(axes={"x": [-1.0, 0.5, 2.0, 4.0], "c": [0.0, 1.0]}), horizon=8.0)
     found = settled_map(result, "x", "c")
     assert found.fraction.tolist() == [[1, 1, 1, 1], [1, 1, 0, 0]]
     assert found.runs.tolist() == [[1] * 4] * 2
@@ -192,7 +191,7 @@ def test_a_map_has_as_many_cells_as_the_runs_can_fill() -> None:
 
 
 def test_a_fan_is_made_of_the_runs_themselves() -> None:
-    result = campaign(SPRING, grid({"x": [-1.0, 0.0, 1.0, 2.0, 3.0]}), Measures(outputs=("y",)), horizon=3.0)
+    result = campaign(SPRING, Grid(axes={"x": [-1.0, 0.0, 1.0, 2.0, 3.0]}), Measures(outputs=("y",)), horizon=3.0)
     found = fan(result, "y", levels=(0.0, 0.5, 1.0))
     assert (found.runs, found.early, found.unit) == (5, 0, "m")
     for row, start in zip(found.values, (-1.0, 1.0, 3.0), strict=True):

@@ -16,19 +16,19 @@ from hypothesis import strategies as st
 from scipy.io import netcdf_file
 
 from ulna.campaign import CampaignError, CampaignResult, Experiment, Measures, Random, Uniform, campaign
-from ulna.campaign.encoding import from_text
-from ulna.campaign.netcdf_writer import NetcdfColumn, write_netcdf
-from ulna.campaign.store import Memory
+from ulna.campaign.runs.settings import from_text
+from ulna.campaign.store import MemoryStore
+from ulna.campaign.store.netcdf_writer import NetcdfColumn, write_netcdf
 from ulna.system import system_from_mapping
 
 PLAN = Random(vary={"x": Uniform(low=-1, high=1), "k": Uniform(low=1, high=9)}, runs=95, seed=5)
 MEASURES = Measures(outputs=("y",), effort=("u",), samples=20)
 
 
-class Watched(Memory):
+class Watched(MemoryStore):
     """Counts what is read of it."""
 
-    def __init__(self, other: Memory) -> None:
+    def __init__(self, other: MemoryStore) -> None:
         super().__init__(other.manifest)
         self.read: list[tuple[int, int]] = []
         for batch in other.done():
@@ -42,7 +42,7 @@ class Watched(Memory):
 
 def watched() -> tuple[CampaignResult, Watched]:
     found = campaign(SPRING, PLAN, MEASURES, horizon=2.0, batch_size=10)
-    assert isinstance(found.store, Memory)
+    assert isinstance(found.store, MemoryStore)
     store = Watched(found.store)
     return CampaignResult(store=store), store
 

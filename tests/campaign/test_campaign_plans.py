@@ -15,6 +15,7 @@ from scipy.stats import qmc
 from ulna.campaign import (
     CampaignError,
     Choice,
+    Grid,
     LatinHypercube,
     LogUniform,
     Normal,
@@ -22,11 +23,10 @@ from ulna.campaign import (
     Saltelli,
     Sobol,
     Uniform,
-    distribution,
-    grid,
+    as_probability_distribution,
 )
-from ulna.campaign.permutation import shuffled
-from ulna.campaign.plan import seeds
+from ulna.campaign.plans import seeds
+from ulna.campaign.plans.permutation import shuffled
 
 VARY = {"a": Uniform(low=-1, high=2), "b": Normal(mean=5, std=2, low=1, high=9), "c": LogUniform(low=1, high=100)}
 FIVE = VARY | {"d": Choice(values=(1.0, 2.0, 5.0)), "e": stats.gamma(2.0)}
@@ -35,7 +35,7 @@ PLANS = {
     "latin": LatinHypercube(vary=FIVE, runs=300, seed=7),
     "sobol": Sobol(vary=FIVE, runs=300, seed=7),
     "saltelli": Saltelli(vary=FIVE, base=32, seed=7),
-    "grid": grid({"a": np.linspace(0, 1, 7), "b": [1, 5, 2], "c": range(10)}, seed=7),
+    "grid": Grid(axes={"a": np.linspace(0, 1, 7), "b": [1, 5, 2], "c": range(10)}, seed=7),
 }
 
 
@@ -142,7 +142,7 @@ def test_a_saltelli_plan_changes_one_column_at_a_time() -> None:
 
 
 def test_a_grid_holds_every_combination_once() -> None:
-    plan = grid({"a": [1, 2, 3], "b": [10, 20]})
+    plan = Grid(axes={"a": [1, 2, 3], "b": [10, 20]})
     values = plan.values(0, 6)
     assert list(zip(values["a"], values["b"], strict=True)) == [(a, b) for a in (1, 2, 3) for b in (10, 20)]
 
@@ -158,7 +158,7 @@ def test_quantile_functions_invert_scipys_distribution_functions(p: float) -> No
         (Normal(mean=1, std=3), stats.norm(1, 3)),
         (Normal(mean=0, std=1, low=-0.5), stats.truncnorm(-0.5, math.inf)),
         (LogUniform(low=0.1, high=7), stats.loguniform(0.1, 7)),
-        (distribution(stats.weibull_min(1.5, scale=2)), stats.weibull_min(1.5, scale=2)),
+        (as_probability_distribution(stats.weibull_min(1.5, scale=2)), stats.weibull_min(1.5, scale=2)),
     )
     for ours, theirs in pairs:
         assert theirs.cdf(ours.quantile(np.array([p]))[0]) == pytest.approx(p, abs=1e-9)
@@ -183,10 +183,10 @@ def test_quantile_functions_invert_scipys_distribution_functions(p: float) -> No
         (lambda: Normal(mean=0, std=1, low=2, high=1), "wrong way round"),
         (lambda: Normal(mean=0, std=1, low=50), "hardly ever"),
         (lambda: Choice(values=()), "at least one value"),
-        (lambda: grid({}), "no axis"),
-        (lambda: grid({"a": []}), "at least one value"),
-        (lambda: grid({"a": [1, 1]}), "stands twice"),
-        (lambda: distribution(stats.gamma(-1.0)), "do not fit|out of range"),
+        (lambda: Grid(axes={}), "no axis"),
+        (lambda: Grid(axes={"a": []}), "at least one value"),
+        (lambda: Grid(axes={"a": [1, 1]}), "stands twice"),
+        (lambda: as_probability_distribution(stats.gamma(-1.0)), "do not fit|out of range"),
     ],
 )
 def test_a_plan_that_makes_no_sense_is_one_clear_error(make, reason: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,18 +13,19 @@ from campaign_loops import RUNAWAY, SAMPLED, SPRING
 from ulna.campaign import (
     CampaignError,
     CampaignResult,
+    Grid,
     LatinHypercube,
     LocalWorkers,
     Measures,
     Normal,
     Random,
     Uniform,
+    Window,
     campaign,
-    grid,
     replay,
 )
-from ulna.campaign.plan import seeds
-from ulna.loop import Loop
+from ulna.campaign.plans import seeds
+from ulna.loop import Hardware, Loop
 from ulna.sim import TIME, Crossing, FixedSteps, Held, Settling, Taylor, simulate
 
 SPREAD = Random(vary={"x": Uniform(low=-1, high=1), "k": Uniform(low=1, high=9), "r": Uniform(low=-1, high=1)}, runs=70)
@@ -101,7 +103,7 @@ def test_a_sampled_run_is_bit_for_bit_what_simulate_gives() -> None:
 def test_references_that_change_with_time_may_differ_from_run_to_run() -> None:
     times = np.linspace(0.0, 2.0, 21)
     rows = np.outer([0.5, -1.0, 2.0], np.minimum(times, 1.0))
-    plan = grid({"m": [1.0, 1.5, 2.0]})
+    plan = Grid(axes={"m": [1.0, 1.5, 2.0]})
     given = {"goal": Held(times=times, values=rows)}
     measures = Measures(outputs=("x",))
     result = campaign(SAMPLED, plan, measures, horizon=2.0, inputs=given, batch_size=2)
@@ -120,21 +122,74 @@ def test_references_that_change_with_time_may_differ_from_run_to_run() -> None:
         assert replay(result, number).trajectory.final_state[0] == path.final_state[0]
 
 
+def test_a_reference_that_is_a_formula_of_what_varies_is_each_runs_own() -> None:
+    given = {"goal": sp.Symbol("m", real=True) * sp.sin(3 * TIME)}
+    result = campaign(SAMPLED, Grid(axes={"m": [1.0, 2.0, 3.0]}), Measures(outputs=("x",)), horizon=1.0, inputs=given)
+    for number, mass in enumerate((1.0, 2.0, 3.0)):
+        own = {"goal": mass * sp.sin(3 * TIME)}
+        seed = int(seeds(result.experiment.plan, number, number + 1)[0])
+        path = simulate(SAMPLED, [0.0, 0.0], 1.0, parameters={"m": mass}, inputs=own, seed=seed)
+        assert result["final_x"][number] == pytest.approx(path.final_state[0], rel=1e-12)
+        assert replay(result, number).identical
+
+
+def test_only_outputs_with_a_target_count_as_settled() -> None:
+    """x goes to the goal and v, which has no target, ends at rest; with a target elsewhere it has not settled."""
+    vary = Grid(axes={"goal": [0.5, -0.5]})
+    loop = replace(SAMPLED, hardware=Hardware(period=0.01))
+    for targets, expected in (({"x": "goal"}, 1), ({"x": "goal", "v": 1.0}, 0), ({"v": 1.0}, 0), ({}, 0)):
+        result = campaign(loop, vary, Measures(targets=targets), horizon=8.0)
+        assert result["settled"].tolist() == [expected] * 2, targets
+    watched = campaign(loop, vary, Measures(outputs=("v",), targets={"x": "goal"}), horizon=8.0)
+    assert {"steady_error_x", "steady_error_v"} <= {c.name for c in watched.columns}
+    assert watched["settled"].tolist() == [1, 1]
+
+
+@pytest.mark.parametrize("kind", ["sampled", "continuous"])
+def test_windows_hold_the_least_the_most_and_the_mean_of_a_signals_path(kind: str, monkeypatch) -> None:
+    monkeypatch.setattr("ulna.campaign.runs.figures.MOST_NUMBERS", 1500)
+    windows = (Window(signal="v", begin=0.5, end=1.0), Window(signal="u", begin=0.0, end=1.9, name="whole"))
+    plan = Random(vary={"x": Uniform(low=1, high=2)}, runs=9, seed=3)
+    measures = Measures(outputs=("x",) if kind == "sampled" else ("y",), windows=windows, samples=190)
+    loop, inputs = (SAMPLED, {"goal": 0.0}) if kind == "sampled" else (SPRING, {})
+    result = campaign(loop, plan, measures, horizon=1.9, inputs=inputs, batch_size=5)
+    for number in (0, 4, 8):
+        path = replay(result, number).trajectory
+        late = (path.times >= 0.5 - 1e-9) & (path.times <= 1.0 + 1e-9)
+        assert late.sum() == 51
+        assert result["least_v"][number] == path["v"][late].min()
+        assert result["most_v"][number] == path["v"][late].max()
+        assert result["mean_v"][number] == pytest.approx(path["v"][late].mean(), rel=1e-13)
+        assert result["most_u_whole"][number] == path["u"].max()
+        assert replay(result, number).identical
+    units = {c.name: c.unit for c in result.columns}
+    assert (units["least_v"], units["mean_u_whole"]) == ("m/s", "N" if kind == "sampled" else "m/s^2")
+
+
+def test_a_run_that_ends_before_a_window_has_no_value_in_it() -> None:
+    measures = Measures(windows=(Window(signal="x", begin=0.0, end=5.0),), samples=50)
+    result = campaign(RUNAWAY, Grid(axes={"x": [0.5, 1.5]}), measures, horizon=5.0)
+    assert result["most_x"][0] == 0.5
+    assert np.isnan(result["most_x"][1])
+
+
 def test_a_target_may_be_the_name_of_whatever_has_one_value() -> None:
     loop = Loop(plant=SPRING)
     for name, value in (("x", 0.5), ("d", 2.0), ("k", 4.0), ("r", 0.25)):
         measures = Measures(outputs=("y",), targets={"y": name})
-        result = campaign(loop, grid({"v": [0.0]}), measures, horizon=1.0, initial={"x": 0.5}, inputs={"r": 0.25})
+        result = campaign(loop, Grid(axes={"v": [0.0]}), measures, horizon=1.0, initial={"x": 0.5}, inputs={"r": 0.25})
         assert result["steady_error_y"][0] == pytest.approx(result["final_x"][0] - value, abs=1e-12), name
 
 
 def test_the_noise_of_each_run_is_its_own() -> None:
-    result = campaign(SAMPLED, grid({"m": [1.0, 1.0 + 1e-15]}), horizon=2.0, initial={"x": 1.0}, inputs={"goal": 0.0})
+    result = campaign(
+        SAMPLED, Grid(axes={"m": [1.0, 1.0 + 1e-15]}), horizon=2.0, initial={"x": 1.0}, inputs={"goal": 0.0}
+    )
     assert abs(np.diff(result["final_v"])[0]) > 1e-6
 
 
 def test_runs_that_blow_up_are_results_with_the_exact_time() -> None:
-    result = campaign(RUNAWAY, grid({"x": [0.5, 1.5, 2.0, -1.0], "c": [1.0, 0.0]}), horizon=5.0)
+    result = campaign(RUNAWAY, Grid(axes={"x": [0.5, 1.5, 2.0, -1.0], "c": [1.0, 0.0]}), horizon=5.0)
     assert result["outcome"].tolist() == [0, 0, 1, 0, 1, 0, 0, 0]
     assert result["settled"][[1, 2, 4]].tolist() == [1, 0, 0]
     assert result["end_time"][[2, 4]] == pytest.approx([math.log(3), math.log(2)], abs=1e-9)
@@ -142,7 +197,7 @@ def test_runs_that_blow_up_are_results_with_the_exact_time() -> None:
 
 
 def test_an_output_that_starts_on_its_target_settles_where_it_comes_back() -> None:
-    result = campaign(SPRING, grid({"v": [1.0], "d": [2.0, 0.0]}), Measures(outputs=("y",)), horizon=6.0)
+    result = campaign(SPRING, Grid(axes={"v": [1.0], "d": [2.0, 0.0]}), Measures(outputs=("y",)), horizon=6.0)
     assert result["settled"].tolist() == [1, 0]
 
 
@@ -170,6 +225,23 @@ def test_tables_and_files_hold_the_same_numbers(tmp_path) -> None:
         assert "settings" in stored.attrs
 
 
+@pytest.mark.parametrize(
+    ("make", "reason"),
+    [
+        (lambda: Window(signal="x", begin=2.0, end=1.0), "the end must lie behind the begin"),
+        (lambda: Window(signal="x", begin=math.nan, end=1.0), "the end must lie behind the begin"),
+        (
+            lambda: Measures(windows=(Window(signal="x", begin=0, end=1), Window(signal="x", begin=1, end=2))),
+            "one name",
+        ),
+        (lambda: Measures(samples=0), "at least one interval"),
+    ],
+)
+def test_measures_that_make_no_sense_are_one_clear_error(make, reason: str) -> None:
+    with pytest.raises(CampaignError, match=reason):
+        make()
+
+
 def plan_of(**vary) -> LatinHypercube:
     return LatinHypercube(vary=vary, runs=4)
 
@@ -195,6 +267,8 @@ ONE = Uniform(low=1, high=2)
         ({"measures": Measures(outputs=("x",))}, "no output"),
         ({"measures": Measures(targets={"y": "goal"})}, "target 'goal'"),
         ({"inputs": {"r": Held(times=np.zeros(1), values=np.ones((1, 1)))}}, "samples for 1 runs, the plan has 4"),
+        ({"measures": Measures(windows=(Window(signal="x", begin=0.5, end=3.0),))}, "ends after the run of 1 s"),
+        ({"measures": Measures(windows=(Window(signal="x", begin=0.1, end=0.2),), samples=3)}, "no sample lies in it"),
         ({"engine": FixedSteps()}, "a loop without a processor is run by Taylor"),
     ],
 )

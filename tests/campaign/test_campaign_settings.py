@@ -9,8 +9,8 @@ from campaign_loops import SAMPLED
 
 import ulna
 from ulna.campaign import CampaignError, Experiment, Random, Uniform
-from ulna.campaign.batch import experiment_of
-from ulna.campaign.encoding import from_text, to_text
+from ulna.campaign.runs import experiment_of
+from ulna.campaign.runs.settings import from_text, to_text
 from ulna.design import load_robust_compensator
 from ulna.loop import (
     Amplifier,

@@ -28,7 +28,7 @@ from ulna.campaign import (
     campaign,
     open_campaign,
 )
-from ulna.campaign.store import BATCHES, MANIFEST, locked
+from ulna.campaign.store.folder import BATCHES, MANIFEST, locked
 from ulna.sim import Taylor
 
 PLAN = Random(vary={"x": Uniform(low=-1, high=1), "k": Uniform(low=1, high=9)}, runs=100, seed=5)
@@ -171,7 +171,7 @@ def test_a_full_disk_is_one_clear_error_and_what_is_there_stays(tmp_path, monkey
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with monkeypatch.context() as patch:
-        patch.setattr("ulna.campaign.store.os.fsync", full)
+        patch.setattr("ulna.campaign.store.folder.os.fsync", full)
         with pytest.raises(CampaignError, match="no space left on device; 50 of 100 runs are safe"):
             run(tmp_path / "a")
     assert not list((tmp_path / "a" / BATCHES).glob(".*"))

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
-from ulna.cli.main import app
+from terminal import answered, refused, ulna
 
 PLANT = """
 name = "mass"
@@ -26,10 +23,6 @@ x = "x"
 POLES = ["--controller-poles", "-2,-3", "--observer-poles", "-9,-10"]
 
 
-def ulna(*arguments: str):
-    return CliRunner().invoke(app, list(arguments))
-
-
 @pytest.fixture
 def plant(tmp_path: Path) -> str:
     path = tmp_path / "mass.toml"
@@ -40,37 +33,51 @@ def plant(tmp_path: Path) -> str:
 def test_a_sweep_answers_draws_goes_on_and_is_replayed(plant: str, tmp_path: Path) -> None:
     folder, drawn = tmp_path / "runs", tmp_path / "figures"
     command = ["sweep", plant, *POLES, "--vary", "m=uniform(0.9,1.1)", "--vary", "x=normal(1,0.1,0.5,1.5)"]
-    command += ["--runs", "40", "--out", str(folder), "--part", "16", "--time", "6", "--json", "--plot", str(drawn)]
-    done = ulna(*command)
-    assert done.exit_code == 0, done.output
-    data = json.loads(done.stdout)
+    command += ["--runs", "40", "--out", str(folder), "--batch-size", "16", "--horizon", "6", "--plot", str(drawn)]
+    data = answered(*command)
     assert data["settled"]["count"] == data["runs"] == 40
     assert data["outcomes"] == {"finished": 40}
     assert sorted(path.name for path in drawn.iterdir()) == ["fan_x.svg", "settled_map.svg", "worst.svg"]
-    assert json.loads(ulna(*command).stdout) == data
+    assert answered(*command) == data
     worst = data["worst"][0]
-    again = ulna("replay", str(folder), "--run", str(worst["run"]), "--json", "--plot", str(tmp_path / "run.svg"))
-    assert again.exit_code == 0, again.output
-    run = json.loads(again.stdout)
+    run = answered("replay", str(folder), "--run", str(worst["run"]), "--plot", str(tmp_path / "run.svg"))
     assert run["identical"]
     assert run["varied"] == worst["varied"]
     assert run["signals"]["x"][-1] == pytest.approx(worst["value"], abs=1e-12)
     shown = ulna("replay", str(folder), "--run", "0")
     assert "identical with the stored run, bit for bit" in shown.output
-    other = ulna(*[entry if entry != "40" else "41" for entry in command])
-    assert other.exit_code == 2
-    assert "holds another campaign; other there: plan.runs (40, not 41)" in other.stderr
+    other = refused(*[entry if entry != "40" else "41" for entry in command])
+    assert "holds another campaign; other there: plan.runs (40, not 41)" in other
 
 
 def test_a_sampled_sweep_over_a_grid_is_printed_for_people(plant: str, tmp_path: Path) -> None:
     done = ulna(
         *["sweep", plant, "--controller-poles", "-2,-3", "--vary", "m=steps(0.5,1.5,3)", "--vary", "x=values(-1,2)"],
-        *["--out", str(tmp_path / "runs"), "--period", "0.01", "--limit", "5", "--time", "6"],
+        *["--out", str(tmp_path / "runs"), "--period", "0.01", "--limit", "5", "--horizon", "6"],
     )
     assert done.exit_code == 0, done.output
     assert "6 runs of 'mass' over m, x" in done.output
     assert "outcomes: 6 finished" in done.output
     assert "confidence" not in done.output  # a grid draws nothing by chance
+
+
+def test_a_sweep_runs_a_written_controller_on_a_heavier_plant_that_follows_a_reference(
+    plant: str, tmp_path: Path
+) -> None:
+    law, out = tmp_path / "law.json", tmp_path / "runs"
+    assert ulna("design", plant, "--controller-poles", "-2,-3", "--track", "--out", str(law)).exit_code == 0
+    asked = ["--set", "m=2 ", "--reference", "x=sin(t)", "--horizon", "3"]
+    answered("sweep", plant, "--controller", str(law), *asked, "--vary", "x=values(0.5,1)", "--out", str(out))
+    again = answered("replay", str(out), "--run", "1")
+    assert again["identical"]
+    alone = answered("simulate", plant, "--controller", str(law), *asked, "--initial", "x=1")
+    assert again["signals"]["x"][-1] == pytest.approx(alone["signals"]["x"][-1], abs=1e-10)
+
+
+def test_a_sweep_varies_a_set_point(plant: str, tmp_path: Path) -> None:
+    asked = ["--controller-poles", "-2,-3", "--set-point", "--vary", "x_ref=values(1,2,3)", "--initial", "x=0.5"]
+    data = answered("sweep", plant, *asked, "--out", str(tmp_path / "runs"), "--horizon", "9")
+    assert data["settled"]["count"] == 3
 
 
 def test_sobol_indices_are_printed(plant: str, tmp_path: Path) -> None:
@@ -100,9 +107,7 @@ def test_the_command_for_the_worst_run_can_be_copied(plant: str, tmp_path: Path,
     done = ulna(*command, "--out", folder, "--worst-by", "peak_u", "--map", "m,x", "--plot", "figures")
     assert done.exit_code == 0, done.output
     line = done.output.splitlines()[-1].removeprefix("the worst run again: ulna ")
-    again = ulna(*shlex.split(line), "--json")
-    assert again.exit_code == 0, again.output
-    stored = json.loads(again.stdout)["stored"]["peak_u"]
+    stored = answered(*shlex.split(line))["stored"]["peak_u"]
     from ulna.campaign import open_campaign
 
     assert stored == open_campaign(folder)["peak_u"].max()
@@ -120,28 +125,25 @@ def test_the_command_for_the_worst_run_can_be_copied(plant: str, tmp_path: Path,
         (["--vary", "m=uniform(1,2)", "--vary", "m=uniform(1,2)"], "stands twice"),
         (["--vary", "m=uniform(1,2)", "--vary", "x=steps(0,1,3)"], "drawn by chance"),
         (["--vary", "m=uniform(1,2)", "--runs", "0"], "at least one"),
-        (["--vary", "m=uniform(1,2)", "--time", "0"], "positive time"),
+        (["--vary", "m=uniform(1,2)", "--horizon", "0"], "positive time"),
         (["--vary", "m=uniform(1,2)", "--period", "-1"], "positive time"),
         (["--vary", "m=uniform(1,2)", "--period", "99"], "longer than the run"),
         (["--vary", "m=uniform(1,2)", "--delay", "3"], "Give --period"),
         (["--vary", "m=uniform(1,2)", "--initial", "1"], "1 numbers, 2 states"),
+        (["--vary", "m=uniform(1,2)", "--reference", "x=1"], "the loop follows no reference"),
+        (["--vary", "m=uniform(1,2)", "--set", "m=9"], "its range is [1/2, 3]"),
         (["--vary", "m=uniform(1,2)", "--scheduler", "tcp://127.0.0.1:1"], "nothing answers there"),
         (["--vary", "m=uniform(1,2)", "--scheduler", "nowhere"], "this is no address"),
         (["--vary", "m=steps(1,2,1e9)"], "no number of steps from 1 to 100000"),
-        (["--vary", "m=uniform(1,2)", "--part", "0"], "at least one run"),
+        (["--vary", "m=uniform(1,2)", "--batch-size", "0"], "at least one run"),
         (["--vary", "m=uniform(1,2)", "--map", "m,x"], "two of the varied quantities are needed; varied: m"),
         (["--vary", "m=uniform(1,2)", "--runs", "5", "--worst-by", "peak_y"], "no such figure"),
     ],
 )
 def test_a_users_mistake_is_one_clear_error(plant: str, tmp_path: Path, arguments: list[str], reason: str) -> None:
-    done = ulna("sweep", plant, *POLES, "--out", str(tmp_path / "runs"), *arguments)
-    assert done.exit_code == 2, done.output
-    assert reason in done.stderr
-    assert done.stderr.startswith("error: ")
+    assert reason in refused("sweep", plant, *POLES, "--out", str(tmp_path / "runs"), *arguments)
 
 
 @pytest.mark.parametrize(("folder", "reason"), [("nowhere", "no campaign.json"), (".", "no campaign.json")])
 def test_a_folder_without_a_sweep_cannot_be_replayed(tmp_path: Path, folder: str, reason: str) -> None:
-    done = ulna("replay", str(tmp_path / folder), "--run", "0")
-    assert done.exit_code == 2
-    assert reason in done.stderr
+    assert reason in refused("replay", str(tmp_path / folder), "--run", "0")

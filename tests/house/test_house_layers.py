@@ -19,8 +19,8 @@ def _contract() -> str:
     return text[text.index("[tool.importlinter]") :]
 
 
-def _lint(folder: Path, files: dict[str, str]) -> subprocess.CompletedProcess[str]:
-    """Run import-linter with the project's contract on a made-up package `ulna` in `folder`."""
+def _lint(folder: Path, files: dict[str, str], contract: str = "layers") -> subprocess.CompletedProcess[str]:
+    """Run import-linter with one of the project's contracts on a made-up package `ulna` in `folder`."""
     (folder / "pyproject.toml").write_text(_contract(), encoding="utf-8")
     for name, text in {"__init__.py": "", **files}.items():
         path = folder / "ulna" / name
@@ -32,6 +32,7 @@ def _lint(folder: Path, files: dict[str, str]) -> subprocess.CompletedProcess[st
             "-c",
             "from importlinter.cli import lint_imports_command; lint_imports_command()",
             "--no-cache",
+            f"--contract={contract}",
         ],
         cwd=folder,
         env={"PYTHONPATH": str(folder), "PATH": ""},
@@ -76,6 +77,17 @@ def test_a_package_without_a_line_is_refused(tmp_path: Path) -> None:
     result = _lint(tmp_path, {"base/__init__.py": "", "helpers/__init__.py": ""})
     assert result.returncode == 1
     assert "helpers" in result.stdout
+
+
+def test_a_room_that_imports_one_above_it_is_refused(tmp_path: Path) -> None:
+    files = {
+        "campaign/__init__.py": "",
+        "campaign/plans/__init__.py": "import ulna.campaign.store\n",
+        "campaign/store/__init__.py": "",
+    }
+    result = _lint(tmp_path, files, "rooms-of-campaign")
+    assert result.returncode == 1
+    assert "ulna.campaign.plans is not allowed to import ulna.campaign.store" in result.stdout
 
 
 def test_nothing_inside_imports_names_from_the_lazy_top_package() -> None:

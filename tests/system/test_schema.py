@@ -4,7 +4,8 @@ import pytest
 import sympy as sp
 
 from ulna.base import FormulaError, NotAffineError, PlantError, UnitError
-from ulna.plants import model, models
+from ulna.design import Poles, controller_form, state_feedback
+from ulna.plants import as_plant, model, models
 from ulna.system import control_affine, read_system, system_from_mapping, write_system
 
 PENDULUM = {
@@ -37,6 +38,17 @@ def test_a_written_plant_reads_back_to_the_same_system(name, ending, tmp_path):
     path = tmp_path / f"plant.{ending}"
     write_system(model(name), path)
     assert read_system(path) == model(name)
+
+
+@pytest.mark.parametrize("ending", ["toml", "json"])
+def test_a_static_law_is_written_and_read_but_is_no_plant(ending, tmp_path):
+    arm = model("one_link_arm")
+    law = state_feedback(controller_form(arm), Poles(-2, -3, -4)).system
+    path = tmp_path / f"law.{ending}"
+    write_system(law, path)
+    assert read_system(path) == law
+    with pytest.raises(PlantError, match="no states, so nothing in it moves"):
+        as_plant(path)
 
 
 def test_units_may_be_left_out_of_a_whole_plant():
@@ -84,7 +96,7 @@ def test_a_parameter_keeps_its_unit_and_has_an_si_value():
         ),
         ({"operating_point": {"phi": 0}}, PlantError, "neither a state nor an input"),
         ({"states": {"sin": "1"}, "outputs": {}}, PlantError, "function"),
-        ({"states": {}}, PlantError, "no states"),
+        ({"states": {}, "outputs": {}}, PlantError, "neither states nor outputs"),
         ({"formt": 1}, PlantError, "unknown key 'formt'"),
         ({"format": 2}, PlantError, "format 2"),
         ({"dimensions": "maybe"}, PlantError, "dimensions = 'maybe'"),

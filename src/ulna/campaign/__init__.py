@@ -1,34 +1,53 @@
 """Campaigns: many runs of one loop by a plan, resumable and repeatable bit for bit, and the answers they give."""
 
-from ulna.campaign.campaign import Progress, campaign
+from ulna.campaign.answers import (
+    Case,
+    Fan,
+    Proportion,
+    Replay,
+    Sensitivity,
+    SettledMap,
+    clopper_pearson,
+    fan,
+    quantiles,
+    replay,
+    sensitivity,
+    settled_fraction,
+    settled_map,
+    wilson,
+    worst_cases,
+)
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.experiment import Experiment
-from ulna.campaign.fan import Fan, fan
-from ulna.campaign.fraction import Fraction, clopper_pearson, settled_fraction, wilson
-from ulna.campaign.grid import Grid, grid
-from ulna.campaign.measures import Column, Measures
-from ulna.campaign.plan import Plan
-from ulna.campaign.probability import Choice, Distribution, FromScipy, LogUniform, Normal, Uniform, distribution
-from ulna.campaign.quantiles import quantiles
-from ulna.campaign.replay import Replay, replay
-from ulna.campaign.result import CampaignResult, open_campaign
-from ulna.campaign.sampling import LatinHypercube, Random, Saltelli, Sobol
-from ulna.campaign.sensitivity import Sensitivity, sensitivity
-from ulna.campaign.settled_map import SettledMap, settled_map
+from ulna.campaign.execution import Progress, campaign
+from ulna.campaign.plans import (
+    Choice,
+    FromScipy,
+    Grid,
+    LatinHypercube,
+    LogUniform,
+    Normal,
+    Plan,
+    ProbabilityDistribution,
+    Random,
+    Saltelli,
+    Sobol,
+    Uniform,
+    as_probability_distribution,
+)
+from ulna.campaign.runs import OUTCOMES, Column, Experiment, Measures, Window
+from ulna.campaign.store import CampaignResult, open_campaign
 from ulna.campaign.workers import DaskWorkers, LocalWorkers, Workers
-from ulna.campaign.worst import Case, worst_cases
 
 __all__ = [
+    "OUTCOMES",
     "CampaignError",
     "CampaignResult",
     "Case",
     "Choice",
     "Column",
     "DaskWorkers",
-    "Distribution",
     "Experiment",
     "Fan",
-    "Fraction",
     "FromScipy",
     "Grid",
     "LatinHypercube",
@@ -37,7 +56,9 @@ __all__ = [
     "Measures",
     "Normal",
     "Plan",
+    "ProbabilityDistribution",
     "Progress",
+    "Proportion",
     "Random",
     "Replay",
     "Saltelli",
@@ -45,12 +66,12 @@ __all__ = [
     "SettledMap",
     "Sobol",
     "Uniform",
+    "Window",
     "Workers",
+    "as_probability_distribution",
     "campaign",
     "clopper_pearson",
-    "distribution",
     "fan",
-    "grid",
     "open_campaign",
     "quantiles",
     "replay",

@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ulna.cli.session import console, line, plant, print_json, progress
+from ulna.cli.asked_plant import plant_of
+from ulna.cli.option_groups import with_groups
+from ulna.cli.options import AsJson, PlantOptions
+from ulna.cli.terminal import console, line, print_json, progress
 
 if TYPE_CHECKING:
     from ulna.base.verdict import Verdict
@@ -15,9 +18,10 @@ if TYPE_CHECKING:
 _COLOURS = {"proved": "green", "refuted": "red", "supported": "yellow", "undecided": "dim"}
 
 
+@with_groups
 def analyse(
-    name: Annotated[str, typer.Argument(metavar="PLANT", help="A plant file (TOML or JSON) or a catalogue name.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON for machines (keys: docs/analysis.md).")] = False,
+    plant: PlantOptions,
+    as_json: AsJson = False,
     seconds: Annotated[float, typer.Option(help="Time for each group of answers.", min=0.1)] = 8.0,
 ) -> None:
     """Answer the questions of nonlinear control for a plant, each with its verdict and evidence.
@@ -27,7 +31,7 @@ def analyse(
     """
     from ulna.design import analyse as analyse_system
 
-    system = plant(name)
+    system = plant_of(plant)
     with progress(f"analysing '{system.name}'"):
         analysis = analyse_system(system, seconds=seconds)
     if as_json:

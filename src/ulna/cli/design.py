@@ -7,20 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ulna.cli.making import (
-    AsSetPoint,
-    AsTrack,
-    ControllerPoles,
-    DesignOptions,
-    HighGain,
-    InputOutput,
-    Integral,
-    Kalman,
-    ObserverPoles,
-    Weights,
-    make_design,
-)
-from ulna.cli.session import chosen, console, line, plant, print_json, progress
+from ulna.cli.asked_controller import as_file, designed
+from ulna.cli.asked_plant import plant_of
+from ulna.cli.option_groups import with_groups
+from ulna.cli.options import AsJson, DesignOptions, PlantOptions
+from ulna.cli.terminal import console, line, print_json, progress
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -28,21 +19,16 @@ if TYPE_CHECKING:
     from ulna.design import Controller
 
 
+@with_groups
 def design(
-    name: Annotated[str, typer.Argument(metavar="PLANT", help="A plant file (TOML or JSON) or a catalogue name.")],
-    controller_poles: ControllerPoles = "",
-    lqr: Weights = "",
-    input_output: InputOutput = False,
-    set_point: AsSetPoint = False,
-    track: AsTrack = False,
-    integral: Integral = False,
-    observer_poles: ObserverPoles = "",
-    high_gain: HighGain = None,
-    kalman: Kalman = "",
+    plant: PlantOptions,
+    wanted: DesignOptions,
     symbolic: Annotated[bool, typer.Option(help="Keep parameters as symbols instead of their values.")] = False,
-    out: Annotated[Path | None, typer.Option(help="Write the controller as a plant file (TOML or JSON).")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Write the controller for --controller (TOML or JSON, like a plant file).")
+    ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the poles: a .png, .svg or .pdf file.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON for machines.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Design a feedback law, an observer, or both and the compensator that joins them.
 
@@ -50,12 +36,11 @@ def design(
     """
     from ulna.system import write_system
 
-    system = plant(name)
-    options = chosen(DesignOptions, locals())
+    system = plant_of(plant)
     with progress(f"designing for '{system.name}'"):
-        made = make_design(system if symbolic else system.with_values(), options)
+        made = designed(system if symbolic else system.with_values(), wanted)
     if out is not None:
-        write_system(made, out)
+        write_system(as_file(made), out)
     if plot is not None:
         _plot_poles(made, plot)
     if as_json:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-import typer
-
-from ulna.cli.session import console, print_json
+from ulna.cli.options import AsJson
+from ulna.cli.terminal import console, print_json
 
 
 def list_models(
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON for machines.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """List the plants of the catalogue: what each is, what it teaches and where it comes from."""
     from ulna.plants import models

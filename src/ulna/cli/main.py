@@ -12,10 +12,10 @@ from ulna.cli.design import design
 from ulna.cli.list_models import list_models
 from ulna.cli.replay import replay
 from ulna.cli.reproduce import reproduce
-from ulna.cli.session import UlnaGroup
 from ulna.cli.simulate import simulate
 from ulna.cli.study import app as study
 from ulna.cli.sweep import sweep
+from ulna.cli.terminal import UlnaGroup
 
 app = typer.Typer(
     name="ulna",

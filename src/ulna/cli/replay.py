@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ulna.cli.session import console, print_json, progress
 from ulna.cli.simulate import write_trajectory
+from ulna.cli.terminal import console, print_json, progress
 
 if TYPE_CHECKING:
     from ulna.campaign import CampaignResult, Replay

@@ -7,12 +7,13 @@ from typing import Annotated
 
 import typer
 
-from ulna.cli.session import console, print_json, progress
+from ulna.cli.options import AsJson
+from ulna.cli.terminal import console, print_json, progress
 
 
 def reproduce(
     out: Annotated[Path, typer.Option(help="Folder for the report, its data and figures.")] = Path("reproduction"),
-    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON instead of a summary.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Recompute every numbered equation of the paper, compare it with what is printed, and write a report."""
     from ulna.studies.paper import reproduce as run

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from ulna.cli.session import UlnaGroup, console, print_json, progress
+from ulna.cli.options import AsJson
+from ulna.cli.terminal import UlnaGroup, console, print_json, progress
 
 app = typer.Typer(cls=UlnaGroup, help="Studies beyond the paper.", no_args_is_help=True)
 
@@ -24,7 +25,7 @@ def prosthesis(
         typer.Option(help="The same muscles at their greatest contraction; else the strongest tenth of --emg counts."),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the page and its data.")] = Path("prosthesis"),
-    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON instead of a summary.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compare controllers on arms with real drives and unknown loads, and write a page."""
     from ulna.studies.prosthesis import study_prosthesis, summary_table

@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ulna.cli.session import console
+from ulna.cli.terminal import console
 
 if TYPE_CHECKING:
     from ulna.campaign import CampaignResult, Column
@@ -191,7 +191,7 @@ def _judged(result: CampaignResult) -> list[str]:
 def _outcomes(result: CampaignResult) -> dict[str, int]:
     import numpy as np
 
-    from ulna.campaign.runs import OUTCOMES
+    from ulna.campaign import OUTCOMES
 
     counts = np.zeros(len(OUTCOMES), dtype=np.int64)
     for block in result.blocks(["outcome"]):

@@ -48,6 +48,11 @@ class Controller:
         return {name: part.poles for name, part in (("law", self.law), ("observer", self.observer)) if part is not None}
 
     @property
+    def reads_states(self) -> bool:
+        """Whether its inputs mean states of the plant, where an output bears the same name."""
+        return self.observer is None and self.law is not None and self.law.reads_states
+
+    @property
     def initial(self) -> Mapping[str, float]:
         """Where the observer's states start: estimates at the operating point that the plant gives, else at zero.
 

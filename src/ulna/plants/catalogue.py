@@ -71,13 +71,17 @@ def as_plant(given: PlantLike) -> System:
     A text that ends in .toml or .json, or is the path of a file, is a file; any other is a name.
 
     Raises:
-        PlantError: for an unknown name, a file that cannot be read, or a value of another kind.
+        PlantError: for an unknown name, a file that cannot be read or has no states, or a value of another kind.
     """
     if not isinstance(given, str | os.PathLike):
         return as_system(given)
     path = Path(given)
     if isinstance(given, os.PathLike) or path.suffix in (".toml", ".json") or path.is_file():
-        return read_system(path)
+        found = read_system(path)
+        if not found.states:
+            hint = "Give [states] at least one entry; a static law may be the controller of a loop."
+            raise PlantError(f"plant file '{path}'", "it has no states, so nothing in it moves.", hint)
+        return found
     return model(given)
 
 

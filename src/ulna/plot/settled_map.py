@@ -7,8 +7,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from ulna.base import UlnaError
-from ulna.campaign import SettledMap
-from ulna.campaign.measures import Column
+from ulna.campaign import Column, SettledMap
 from ulna.plot.style import INK, PALETTE, SURFACE, TICK_SIZE, axis_label, dress, new_figure, set_title
 
 # From orange to blue: told apart by every common colour blindness, and by lightness in grey print.

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ulna.base import SimulationError
+from ulna.sim.figures import ended_inside
 from ulna.sim.outcome import Outcome
 from ulna.system import System
 
@@ -51,6 +52,11 @@ class Ensemble:
     def finished(self) -> np.ndarray:
         """(N,) whether the run reached the horizon."""
         return self.code == 0
+
+    @property
+    def settled(self) -> np.ndarray:
+        """(N, p) whether the run reached the horizon with the output in its band."""
+        return self.finished[:, None] & ended_inside(self)
 
     def outcome(self, run: int) -> Outcome:
         """How a run ended."""

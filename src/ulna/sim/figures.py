@@ -53,6 +53,18 @@ def output_figures(
     )
 
 
+def ended_inside(found: Any) -> np.ndarray:
+    """Whether outputs ended in their band.
+
+    One that started on its target, where no way measures the band, has to come back from where it went.
+
+    Args:
+        found: `OutputFigures`, or whatever has arrays of these names.
+    """
+    returned = np.abs(found.steady_error) <= BAND * found.peak_error
+    return np.where(np.isnan(found.overshoot), returned, np.isfinite(found.settling_time))
+
+
 def outside(value: Any, target: Any, first: Any) -> Any:
     """Whether a value lies outside the band around the target; a NaN does."""
     return ~(np.abs(value - target) <= BAND * np.abs(target - first))

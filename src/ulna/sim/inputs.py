@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
@@ -124,9 +125,13 @@ def input_values(given: Input, times: np.ndarray, parameters: Mapping[str, float
         case Interpolated(times=at, values=values):
             return np.interp(times, at, values)
         case Formula(expression=expression):
-            symbols = [sp.Symbol(name, real=True) for name in parameters]
-            lowered = kernel("input", [TIME, *symbols], {"u": expression})
-            return to_numpy(lowered)(times, *parameters.values())[0]
+            return _lowered(expression, tuple(parameters))(times, *parameters.values())[0]
+
+
+@lru_cache(maxsize=32)
+def _lowered(expression: sp.Expr, parameters: tuple[str, ...]) -> Callable[..., tuple[np.ndarray, ...]]:
+    symbols = [sp.Symbol(name, real=True) for name in parameters]
+    return to_numpy(kernel("input", [TIME, *symbols], {"u": expression}))
 
 
 def _freeze_samples(samples: Samples) -> None:

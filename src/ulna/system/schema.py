@@ -34,8 +34,9 @@ _KEYS: Mapping[str, set[str]] = {
 def system_from_mapping(data: Mapping[str, Any], *, where: str = "plant") -> System:
     """The system that a plant file's mapping describes."""
     _check_shape(data, where)
-    if not data.get("states"):
-        raise PlantError(where, "it has no states.", "Give [states] at least one entry.")
+    if not data.get("states") and not data.get("outputs"):
+        hint = "Give [states] at least one entry, or [outputs] for a static law."
+        raise PlantError(where, "it has neither states nor outputs.", hint)
     parameters = tuple(_parameter(name, entry, where) for name, entry in data.get("parameters", {}).items())
     states = _signals(data, "states", where)
     inputs = _signals(data, "inputs", where)

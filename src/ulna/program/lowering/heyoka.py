@@ -11,6 +11,9 @@ from ulna.base import SimulationError
 from ulna.program.instructions import Operation
 from ulna.program.kernel import Kernel
 
+# Its warnings of steps that are no numbers go to standard output, amid what a program prints; outcomes tell of them.
+hy.set_logger_level_error()
+
 
 def _minimum(a: Any, b: Any) -> Any:
     # Neither a < b nor b <= a: one is NaN, and so is their sum. A limiter must not hide it.

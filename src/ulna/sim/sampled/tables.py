@@ -55,14 +55,18 @@ def shape_of(loop: Loop, inputs: Mapping[str, Input]) -> Shape:
     slots = [s.name for s in loop.disturbances if s.name not in dict(formulas)]
     names = {f"r{k}": s.name for k, s in enumerate(loop.references)} | {f"d{k}": name for k, name in enumerate(slots)}
     names |= {f"noise{k}": f"{s.name}_noise" for k, s in enumerate(loop.wiring.measured)}
+    own = {p.name for p in loop.plant.parameters}
     return Shape(
         formulas=formulas,
         ramps=any(isinstance(inputs[name], Interpolated) for name in free),
-        paths=tuple(slot for slot, name in names.items() if _of_its_own(inputs.get(name), slot)),
+        paths=tuple(slot for slot, name in names.items() if _of_its_own(inputs.get(name), slot, own)),
     )
 
 
-def _of_its_own(given: Input | None, slot: str) -> bool:
+def _of_its_own(given: Input | None, slot: str, parameters: set[str]) -> bool:
+    """Whether each run has samples of its own: noise, samples with a row for each, formulas of the run's parameters."""
+    if isinstance(given, Formula):
+        return slot.startswith("noise") or not parameters.isdisjoint(s.name for s in given.expression.free_symbols)
     return given is not None and (slot.startswith("noise") or np.ndim(getattr(given, "values", 0.0)) == 2)
 
 
@@ -98,7 +102,7 @@ def shared_table(loop: Loop, made: Prepared, starts: Starts, count: int) -> np.n
     """
     given = tuple(starts.inputs.items())
     formulas = any(isinstance(each, Formula) for _, each in given)
-    known = (starts.parameters[0].tobytes(), tuple(starts.controller.items())) if formulas else ()
+    known = tuple(starts.controller.items()) if formulas else ()
     return _TABLES.get(made, (count, given, known), lambda: _shared(loop, made, starts, count))
 
 
@@ -109,16 +113,11 @@ def _shared(loop: Loop, made: Prepared, starts: Starts, count: int) -> np.ndarra
     times = made.fitted.period * np.arange(count + 1)
     table = np.zeros((count + 1, max(1, len(made.blocks.tables))))
     place = {name: column for column, name in enumerate(made.blocks.tables)}
-    plant = dict(zip((p.name for p in loop.plant.parameters), starts.parameters[0].tolist(), strict=True))
-    names = [name for name, _ in loop.wiring.parameters]
-    controller = dict(zip(names, parameters_of(loop.wiring, starts.controller), strict=True))
-    for stem, signals, known in (
-        ("reference", loop.references, {**plant, **controller}),
-        ("other", made.disturbances, plant),
-    ):
+    known = _controller_values(loop, starts)
+    for slot, stem, signals in (("r", "reference", loop.references), ("d", "other", made.disturbances)):
         for k, signal in enumerate(signals):
             given = starts.inputs.get(signal.name)
-            if given is not None and np.ndim(getattr(given, "values", 0.0)) < 2:
+            if given is not None and f"{slot}{k}" not in made.blocks.paths:
                 _check_span(signal.name, given, float(times[-1]))
                 table[:, place[f"{stem}{k}"]] = input_values(given, times, known)
             if isinstance(given, Interpolated) and f"slope{k}" in place and stem == "other":
@@ -138,7 +137,10 @@ def path_table(loop: Loop, made: Prepared, starts: Starts, count: int) -> np.nda
         name = source_of(slot, loop, made)
         given: Any = starts.inputs[name]
         if isinstance(given, Constant | Formula):
-            table[:, row, :] = input_values(given, times, {})[:, None]
+            # One by one: a run gets the same bits alone.
+            for run, own in enumerate(starts.parameters.tolist()):
+                plant = dict(zip((p.name for p in loop.plant.parameters), own, strict=True))
+                table[:, row, run] = input_values(given, times, _controller_values(loop, starts) | plant)
             continue
         _check_span(name, given, float(times[-1]))
         values = np.broadcast_to(given.values, (runs, len(given.times)))
@@ -147,6 +149,12 @@ def path_table(loop: Loop, made: Prepared, starts: Starts, count: int) -> np.nda
         else:
             table[:, row, :] = np.stack([np.interp(times, given.times, each) for each in values], axis=1)
     return table
+
+
+def _controller_values(loop: Loop, starts: Starts) -> dict[str, float]:
+    """Parameters of the controller, in SI."""
+    names = [name for name, _ in loop.wiring.parameters]
+    return dict(zip(names, parameters_of(loop.wiring, starts.controller), strict=True))
 
 
 def _check_span(name: str, given: Input, end: float) -> None:

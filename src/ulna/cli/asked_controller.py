@@ -1,0 +1,148 @@
+"""The controller that the options ask for: which law, which observer, both as a compensator."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from ulna.cli.options import DesignOptions
+from ulna.cli.typed_values import number_list, pole_list
+
+if TYPE_CHECKING:
+    from ulna.base import NoFormError
+    from ulna.design import AbstractGainRule, Controller
+    from ulna.system import System
+
+
+def designed(system: System, options: DesignOptions, *, held_exactly: bool = False) -> Controller:
+    """The controller that the options ask for.
+
+    Args:
+        system: the plant.
+        options: what is asked for.
+        held_exactly: the observer is to have a linear part that a processor can hold exactly between samples.
+
+    Raises:
+        UlnaError: if nothing is asked for or two options exclude each other, or the plant lacks the form needed.
+    """
+    from ulna.base import DesignError, NoFormError
+    from ulna.design import SetPoint, Track, controller_for, injected_observer
+
+    require_consistent(options)
+    if not options.law and not options.observer:
+        what = "Add --controller-poles or --lqr, --observer-poles or --kalman, or one of each."
+        raise DesignError("a design", "neither a law nor an observer is asked for.", what)
+    try:
+        made = controller_for(
+            system,
+            law=_gains(options) if options.law else None,
+            observer=_observer(options) if options.observer else None,
+            outputs_only=options.input_output,
+            reference=SetPoint() if options.set_point else Track() if options.track else None,
+            integral=options.integral,
+        )
+    except NoFormError as missing:
+        raise _in_options(missing, system) from None
+    if not held_exactly:
+        return made
+    if made.observer is None or made.observer.form is None:
+        found = (
+            "there is no observer whose error is linear." if options.observer else "there is no observer to be held."
+        )
+        raise DesignError("--discretise exact", found, "Give --observer-poles alone, or --discretise runge-kutta.")
+    observer = injected_observer(made.observer.form, _poles(options.observer_poles))
+    return controller_for(system, law=made.law, observer=observer)
+
+
+def as_file(controller: Controller) -> System:
+    """The controller as a system whose operating point says where its states start.
+
+    Raises:
+        DesignError: a law on states that would read an output of the same name.
+    """
+    from ulna.base import DesignError
+    from ulna.symbolic.formulas.text import exact
+
+    plant = controller.plant
+    states = {s.name: s.symbol for s in plant.states} if controller.reads_states else {}
+    for output, readout in zip(plant.outputs, plant.inline(plant.readouts), strict=True):
+        if states.get(output.name, readout) != readout:
+            found = f"the output '{output.name}' of the plant is not its state of that name, which the law reads."
+            raise DesignError("--out", found, "Rename the output: a controller in a file knows names alone.")
+    own = {s.name for s in controller.system.states}
+    starts = tuple((name, exact(value)) for name, value in controller.initial.items() if name in own)
+    return replace(controller.system, operating_point=starts)
+
+
+def require_consistent(options: DesignOptions) -> None:
+    """Refuse options that exclude each other or have nothing to act on.
+
+    Raises:
+        DesignError: naming them.
+    """
+    from ulna.base import DesignError
+
+    pairs = (
+        ("--controller-poles", "--lqr", options.controller_poles and options.lqr),
+        ("--set-point", "--track", options.set_point and options.track),
+        ("--observer-poles", "--kalman", options.observer_poles and options.kalman),
+    )
+    for one, other, clash in pairs:
+        if clash:
+            raise DesignError(f"{one} and {other}", "they exclude each other.", "Leave one of them out.")
+    if options.high_gain is not None and not options.observer_poles:
+        raise DesignError("--high-gain", "it needs the poles of the error.", "Add --observer-poles.")
+    wants = [name for name in ("integral", "set_point", "track", "input_output") if getattr(options, name)]
+    if wants and not options.law:
+        asked = f"--{wants[0].replace('_', '-')}"
+        raise DesignError(asked, "there is no law to add it to.", "Add --controller-poles or --lqr.")
+
+
+def _gains(options: DesignOptions) -> AbstractGainRule:
+    from ulna.design import LinearQuadratic
+
+    if options.controller_poles:
+        return _poles(options.controller_poles)
+    states, weight = _halves(options.lqr, "--lqr", "'100,1,1:1'", missing="1")
+    if len(weight) != 1:
+        from ulna.base import DesignError
+
+        raise DesignError(f"--lqr '{options.lqr}'", f"{len(weight)} weights of the new input.", "Give one after ':'.")
+    return LinearQuadratic(state_weights=states, input_weight=weight[0])
+
+
+def _poles(text: str) -> AbstractGainRule:
+    from ulna.design import Poles
+
+    return Poles(*pole_list(text))
+
+
+def _observer(options: DesignOptions) -> Any:
+    from ulna.design import HighGain, KalmanNoise
+
+    if options.kalman:
+        process, measurement = _halves(options.kalman, "--kalman", "'1,1,1:0.01'")
+        return KalmanNoise(process=process, measurement=measurement)
+    gains = _poles(options.observer_poles)
+    return gains if options.high_gain is None else HighGain(gains=gains, time_scale=options.high_gain)
+
+
+def _in_options(missing: NoFormError, system: System) -> NoFormError:
+    """The refusal with what the command line offers instead of the form."""
+    weights = f"{','.join(['1'] * len(system.states))}:{','.join(['0.01'] * len(system.outputs))}"
+    offers = {
+        "outputs_only": "Add --input-output to linearise the outputs only.",
+        "KalmanNoise": f"Add --high-gain 0.1, or replace --observer-poles by --kalman {weights}.",
+    }
+    hint = next((text for word, text in offers.items() if word in missing.hint), missing.hint)
+    return type(missing)(missing.asked, missing.found, hint, value=missing.value)
+
+
+def _halves(text: str, option: str, example: str, *, missing: str = "") -> tuple[list[float], list[float]]:
+    """The numbers before and behind the colon."""
+    from ulna.base import DesignError
+
+    first, colon, second = text.partition(":")
+    if not first or (colon and not second) or (not colon and not missing):
+        raise DesignError(f"{option} '{text}'", "two lists divided by ':' are due.", f"Write {example}.")
+    return number_list(first, option), number_list(second or missing, option)

@@ -1,0 +1,173 @@
+"""The hardware that the options ask for: limits, end stops, processor, sensors and drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ulna.base.errors import SimulationError
+from ulna.cli.options import Arithmetic, Discretisation, HardwareOptions
+from ulna.cli.typed_values import known_name, number, typed_list
+
+if TYPE_CHECKING:
+    from ulna.loop import ConditionalIntegration, EndStop, Hardware, Pwm, Quantiser, Saturation
+    from ulna.program import AbstractArithmetic
+    from ulna.system import System
+
+
+def require_period(options: HardwareOptions) -> None:
+    """Refuse what only a sampled loop has where the controller is continuous.
+
+    Raises:
+        SimulationError: naming the option.
+    """
+    names = ("delay", "encoder", "resolution", "noise", "slew", "anti_windup", "jitter", "missed", "pwm")
+    given = [name for name in names if getattr(options, name)]
+    given += ["discretise"] if options.discretise is not Discretisation.runge_kutta else []
+    given += ["arithmetic"] if options.arithmetic is not Arithmetic.fused else []
+    if given and not options.sampled:
+        asked = f"--{given[0].replace('_', '-')}"
+        raise SimulationError(asked, "it is for a sampled loop.", "Give --period, 1e-3 say.")
+
+
+def hardware_of(
+    plant: System, options: HardwareOptions, *, driven: Sequence[str], memory: Sequence[str], integrals: Sequence[str]
+) -> Hardware | None:
+    """The hardware; None where nothing is asked for.
+
+    Args:
+        plant: whose states have end stops.
+        options: what is asked for.
+        driven: inputs that can be limited. memory: states of the controller.
+        integrals: of the memory, those that wait while the input is limited unless the user says otherwise.
+
+    Raises:
+        UlnaError: a text that cannot be read, a name that is unknown, a value out of its range.
+    """
+    from ulna.loop import Hardware, Jitter, MeasurementNoise, MissedSamples, SlewLimit
+
+    limits, walls = saturations(options.limit, driven), end_stops(plant, options.stop)
+    if not options.sampled:
+        return Hardware(saturation=limits, end_stops=walls) if limits or walls else None
+    clock = (Jitter(width=options.jitter) if options.jitter else None,)
+    clock += (MissedSamples(probability=options.missed) if options.missed else None,)
+    return Hardware(
+        period=options.period,
+        delay=options.delay,
+        saturation=limits,
+        slew=SlewLimit(rate=options.slew) if options.slew else None,
+        anti_windup=_anti_windup(options, memory, integrals),
+        discretisation=_discretisation(options.discretise),
+        arithmetic=_arithmetic(options.arithmetic),
+        sensors=_sensors(options),
+        noise=MeasurementNoise(std=options.noise) if options.noise else None,
+        drive=_drive(options.pwm),
+        clock=tuple(each for each in clock if each is not None),
+        end_stops=walls,
+    )
+
+
+def saturations(texts: Sequence[str], driven: Sequence[str]) -> Saturation | dict[str, Saturation] | None:
+    """The limits in texts like `u=-24:24`, `u=24` (both ways) or `24` (of every input).
+
+    Raises:
+        UlnaError: a text that cannot be read, an input that is not there, limits the wrong way round.
+    """
+    from ulna.loop import Saturation
+
+    found: dict[str, Saturation] = {}
+    for text in texts:
+        name, equals, bounds = (part.strip() for part in text.rpartition("="))
+        asked = f"--limit '{text}'"
+        numbers = _numbers(bounds, asked, (1, 2))
+        limit = Saturation(lower=-numbers[0] if len(numbers) == 1 else numbers[0], upper=numbers[-1])
+        if not equals:
+            if len(texts) > 1:
+                raise SimulationError(asked, "it is for all inputs, another one for some.", "Name them.")
+            return limit
+        found[known_name(name, driven, asked, "input")] = limit
+    return found or None
+
+
+def end_stops(plant: System, texts: Sequence[str]) -> tuple[EndStop, ...]:
+    """The end stops in texts like `theta=-pi/2:pi/2` or, with a restitution coefficient, `theta=0:pi/2:0.5`.
+
+    The velocity is the state that stands for the position's rate.
+
+    Raises:
+        UlnaError: a text that cannot be read, a state that has no such velocity, bounds the wrong way round.
+    """
+    from ulna.loop import EndStop
+
+    stops = []
+    rates = dict(zip((s.name for s in plant.states), plant.inline(plant.rates), strict=True))
+    by_symbol = {s.symbol: s.name for s in plant.states}
+    for text in texts:
+        name, _, bounds = (part.strip() for part in text.partition("="))
+        asked = f"--stop '{text}'"
+        known_name(name, list(rates), asked, "state")
+        velocity = by_symbol.get(rates[name])
+        if velocity is None:
+            raise SimulationError(asked, f"the rate of {name} is no state, {rates[name]}.")
+        numbers = _numbers(bounds, asked, (2, 3))
+        bounce = numbers[2] if len(numbers) == 3 else 0.0
+        stops.append(EndStop(position=name, velocity=velocity, lower=numbers[0], upper=numbers[1], restitution=bounce))
+    return tuple(stops)
+
+
+def _numbers(text: str, asked: str, counts: tuple[int, ...]) -> list[float]:
+    parts = text.split(":")
+    if len(parts) not in counts:
+        raise SimulationError(asked, f"{len(parts)} numbers, {' or '.join(map(str, counts))} are due.")
+    return [number(part, asked) for part in parts]
+
+
+def _anti_windup(
+    options: HardwareOptions, memory: Sequence[str], integrals: Sequence[str]
+) -> ConditionalIntegration | None:
+    from ulna.loop import ConditionalIntegration
+
+    names = tuple(integrals) if options.limit else ()
+    if options.anti_windup:
+        asked = f"--anti-windup '{options.anti_windup}'"
+        given = [] if options.anti_windup == "none" else typed_list(options.anti_windup)
+        names = tuple(known_name(name, memory, asked, "state of the controller") for name in given)
+        if names and not options.limit:
+            raise SimulationError(asked, "no input is limited.", "Add --limit 24, say.")
+    return ConditionalIntegration(states=names) if names else None
+
+
+def _discretisation(asked: Discretisation) -> Any:
+    from ulna.loop import Euler, ExactHold, RungeKutta4
+
+    kinds = {Discretisation.euler: Euler, Discretisation.runge_kutta: RungeKutta4, Discretisation.exact: ExactHold}
+    return kinds[asked]()
+
+
+def _arithmetic(asked: Arithmetic) -> AbstractArithmetic:
+    from ulna.program import Fused, Plain
+
+    return Plain() if asked is Arithmetic.plain else Fused()
+
+
+def _sensors(options: HardwareOptions) -> Quantiser | None:
+    from ulna.loop import Quantiser
+
+    if options.encoder and options.resolution:
+        raise SimulationError("--encoder and --resolution", "both set the step.", "Leave one of them out.")
+    if options.encoder:
+        return Quantiser.encoder(bits=options.encoder, turn=2 * math.pi)
+    return Quantiser(step=options.resolution) if options.resolution else None
+
+
+def _drive(text: str) -> Pwm | None:
+    from ulna.loop import Pwm
+
+    if not text:
+        return None
+    parts, asked = text.split(":"), f"--pwm '{text}'"
+    if len(parts) not in (2, 3) or parts[2:] not in ([], ["switched"]):
+        raise SimulationError(asked, "carrier and supply are due.", "Write 20e3:24 or 20e3:24:switched.")
+    frequency, supply = (number(part, asked) for part in parts[:2])
+    return Pwm(frequency=frequency, supply=supply, switched=len(parts) == 3)

@@ -1,0 +1,56 @@
+"""The plant that is meant, by file or name, and the values that `--set` gives its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ulna.base.errors import SimulationError
+from ulna.cli.options import PlantOptions
+from ulna.cli.typed_values import known_name, named_values, quantity, unit_in
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+    from ulna.system import Parameter, System
+
+
+def plant_of(options: PlantOptions) -> System:
+    """The plant of a file or, where there is no such file, of the catalogue, with the values that the options set.
+
+    Raises:
+        UlnaError: if it is neither, or a value does not fit.
+    """
+    system = plant_in_file(options)
+    return system.with_parameters(parameter_values(system, options.values))
+
+
+def plant_in_file(options: PlantOptions) -> System:
+    """The same with the values of its file.
+
+    Raises:
+        UlnaError: if it is neither a file nor in the catalogue.
+    """
+    from ulna.plants import as_plant
+
+    return as_plant(options.name)
+
+
+def parameter_values(system: System, entries: Sequence[str], *, also: Sequence[Parameter] = ()) -> dict[str, sp.Expr]:
+    """The exact SI values that `--set` gives parameters of the plant, or those in `also`.
+
+    Raises:
+        UlnaError: unknown names, values out of the range that the file gives.
+    """
+    from ulna.system import to_si
+
+    known = {p.name: p for p in (*also, *system.parameters)}
+    values = {}
+    for name, text, asked in named_values(entries, "--set"):
+        parameter = known[known_name(name, list(known), asked, "parameter")]
+        values[name] = value = quantity(text, asked, unit=unit_in(system, parameter))
+        for bound, beyond in ((parameter.lower, -1), (parameter.upper, 1)):
+            if bound is not None and beyond * (value - to_si(bound, parameter.unit)) > 0:
+                given = f"[{parameter.lower}, {parameter.upper}] {parameter.unit}".strip()
+                raise SimulationError(asked, f"its range is {given}.", "Choose a value in it, or widen it in the file.")
+    return values

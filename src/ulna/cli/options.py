@@ -1,0 +1,216 @@
+"""The table of options: each written once, in the group of those that belong together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+_law = partial(typer.Option, rich_help_panel="Law")
+_observer = partial(typer.Option, rich_help_panel="Observer")
+_run = partial(typer.Option, rich_help_panel="Run")
+_limits = partial(typer.Option, rich_help_panel="Limits")
+_processor = partial(typer.Option, rich_help_panel="Processor, sensors and drive (with --period)")
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
+
+
+class Discretisation(StrEnum):
+    """How the controller's differential equations are stepped."""
+
+    euler = "euler"
+    runge_kutta = "runge-kutta"
+    exact = "exact"
+
+
+class Arithmetic(StrEnum):
+    """How the processor computes."""
+
+    fused = "fused"
+    plain = "plain"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantOptions:
+    """Which plant, with which values."""
+
+    name: Annotated[str, typer.Argument(metavar="PLANT", help="A plant file (TOML or JSON) or a catalogue name.")]
+    values: Annotated[
+        list[str],
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Another value of a parameter, SI or with its unit: 'm2=4', 'm2=4 kg'. Repeatable. A controller that "
+            "is designed for a run does not know it.",
+        ),
+    ] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DesignOptions:
+    """Which law, which observer; empty where nothing is asked."""
+
+    controller_poles: Annotated[str, _law("--controller-poles", help="Poles of the law: '-2+3.46j,-2-3.46j,-8'.")] = ""
+    lqr: Annotated[
+        str,
+        _law(
+            "--lqr",
+            metavar="Q1,…:R",
+            help="Instead of poles: linear-quadratic weights, one per coordinate of each chain (or one for all), and "
+            "of the new inputs: '100,1,1:1'.",
+        ),
+    ] = ""
+    input_output: Annotated[
+        bool,
+        _law("--input-output", help="Linearise the given outputs only, not the whole state."),
+    ] = False
+    set_point: Annotated[
+        bool,
+        _law("--set-point", help="Let the law take a set point, input '<output>_ref'."),
+    ] = False
+    track: Annotated[bool, _law("--track", help="Let the law take a reference with its derivatives.")] = False
+    integral: Annotated[
+        bool,
+        _law("--integral", help="Add integral action; it needs one more pole per chain."),
+    ] = False
+    observer_poles: Annotated[str, _observer("--observer-poles", help="Poles of the error: '-9,-10,-11'.")] = ""
+    high_gain: Annotated[
+        float | None,
+        _observer(
+            "--high-gain",
+            metavar="EPS",
+            help="A high-gain observer with the poles divided by EPS, for a plant without observer form.",
+        ),
+    ] = None
+    kalman: Annotated[
+        str,
+        _observer(
+            "--kalman",
+            metavar="Q1,…:R1,…",
+            help="An extended Kalman filter: noise densities of the states and of the outputs: '1,1,1:0.01'.",
+        ),
+    ] = ""
+
+    @property
+    def law(self) -> bool:
+        """True if a law is asked for."""
+        return bool(self.controller_poles or self.lqr)
+
+    @property
+    def observer(self) -> bool:
+        """True if an observer is asked for."""
+        return bool(self.observer_poles or self.kalman)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """Where a run starts, what drives it, how long it lasts."""
+
+    controller: Annotated[
+        Path | None,
+        _run(
+            "--controller",
+            metavar="FILE",
+            help="Instead of designing one: a controller as `ulna design --out` writes it, or as you do: a file like "
+            "a plant's, whose outputs include inputs of the plant.",
+        ),
+    ] = None
+    initial: Annotated[
+        str,
+        _run(
+            "--initial",
+            help="Initial states of the plant in order, '1,0,0', or by name, 'theta=30deg, omega=0', estimates and "
+            "controller's states too; SI or with unit. Left out: the operating point that the file gives, else zero.",
+        ),
+    ] = ""
+    horizon: Annotated[float, _run("--horizon", help="Length of a run, s.")] = 5.0
+    reference: Annotated[
+        list[str],
+        _run(
+            "--reference",
+            metavar="NAME=FORMULA",
+            help="What an output follows, a number or a formula of the time t: 'y=0.5*sin(t)'. It is the input 'y_ref' "
+            "of the controller, and 'y_ref_d1' and so on its derivatives. Repeatable.",
+        ),
+    ] = field(default_factory=list)
+    inputs: Annotated[
+        list[str],
+        _run(
+            "--input",
+            metavar="NAME=FORMULA",
+            help="An input that no controller drives, a number or a formula of the time t: 'u=1.5', 'u=0.5*sin(t)'. "
+            "Repeatable.",
+        ),
+    ] = field(default_factory=list)
+    seed: Annotated[
+        int,
+        _run("--seed", help="From which everything random follows: noise, clock, what varies."),
+    ] = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HardwareOptions:
+    """Limits, processor, sensors and drive; zero or empty where nothing is said."""
+
+    limit: Annotated[
+        list[str],
+        _limits(
+            "--limit", metavar="NAME=LOW:HIGH", help="Limit an input: 'u=-24:24', 'u=24'; '24' for all. Repeatable."
+        ),
+    ] = field(default_factory=list)
+    stop: Annotated[
+        list[str],
+        _limits(
+            "--stop",
+            metavar="NAME=LOW:HIGH",
+            help="End stop of a position, SI: 'theta=-pi/2:pi/2', with rebound 'theta=0:pi/2:0.5'. Repeatable.",
+        ),
+    ] = field(default_factory=list)
+    period: Annotated[
+        float | None,
+        _processor("--period", help="Run the controller sampled, with this period in s."),
+    ] = None
+    delay: Annotated[float, _processor("--delay", help="From sample to new input, s.")] = 0.0
+    discretise: Annotated[
+        Discretisation,
+        _processor("--discretise", help="How the controller is stepped; 'exact' needs --observer-poles."),
+    ] = Discretisation.runge_kutta
+    arithmetic: Annotated[
+        Arithmetic,
+        _processor("--arithmetic", help="With fused multiply-add, or plain: the same bits in every language."),
+    ] = Arithmetic.fused
+    encoder: Annotated[int, _processor("--encoder", metavar="BITS", help="Codes of a turn: 2^BITS.")] = 0
+    resolution: Annotated[float, _processor("--resolution", help="Step of the measured outputs, SI.")] = 0.0
+    noise: Annotated[
+        float,
+        _processor("--noise", help="Standard deviation of each measurement, SI."),
+    ] = 0.0
+    slew: Annotated[float, _processor("--slew", help="Largest rate of the inputs, SI a second.")] = 0.0
+    anti_windup: Annotated[
+        str,
+        _processor(
+            "--anti-windup",
+            metavar="STATES",
+            help="Integrals of the controller that wait while the input is limited, 'e1_int', or 'none'; left out, "
+            "those of --integral.",
+        ),
+    ] = ""
+    jitter: Annotated[float, _processor("--jitter", help="Samples come late by up to this, s.")] = 0.0
+    missed: Annotated[float, _processor("--missed", help="Probability of a missed sample.")] = 0.0
+    pwm: Annotated[
+        str,
+        _processor(
+            "--pwm",
+            metavar="HZ:V",
+            help="Drive of this carrier and supply: '20e3:24'; its mean, or every pulse with '20e3:24:switched'.",
+        ),
+    ] = ""
+
+    @property
+    def sampled(self) -> bool:
+        """True if the controller runs on a processor."""
+        return self.period is not None

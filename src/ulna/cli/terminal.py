@@ -1,0 +1,94 @@
+"""What every command shares: errors in one message and exit status 2, tables, JSON."""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import typer
+from typer.core import TyperGroup
+
+from ulna.base.errors import UlnaError, UlnaWarning
+from ulna.cli.wording import in_terminal_words
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+class UlnaGroup(TyperGroup):
+    """Commands whose user errors end in one clear message and exit status 2, without a traceback."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        warnings.showwarning = _show_warning
+        try:
+            return super().invoke(ctx)
+        except UlnaError as error:
+            typer.secho(f"error: {in_terminal_words(str(error))}", fg=typer.colors.RED, err=True)
+            raise typer.Exit(2) from None
+        except BrokenPipeError:
+            # The reader (head, less) went away; there is nobody left to tell.
+            sys.stderr.close()
+            raise typer.Exit(0) from None
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *_place: Any) -> None:
+    if issubclass(category, UlnaWarning):
+        typer.secho(f"warning: {in_terminal_words(str(message))}", fg=typer.colors.YELLOW, err=True)
+
+
+def console() -> Console:
+    """Where tables go."""
+    from rich.console import Console
+
+    return Console(highlight=False, soft_wrap=False)
+
+
+@contextmanager
+def progress(text: str) -> Iterator[None]:
+    """Show that work goes on, on a terminal; elsewhere say nothing."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(text):
+        yield
+
+
+def line(value: Any, limit: int = 400) -> str:
+    """A value as one line: vectors and one-row matrices without brackets, mappings as equations."""
+    from ulna.report.results import plain
+
+    text = _line(plain(value))
+    return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters; --json shows all)"
+
+
+def _line(shape: Any) -> str:
+    if shape is None:
+        return "–"
+    if isinstance(shape, dict):
+        return "; ".join(f"{key} = {_line(part)}" for key, part in shape.items() if part not in ({}, []))
+    if isinstance(shape, list):
+        parts = [part[0] if isinstance(part, list) and len(part) == 1 else part for part in shape]
+        return ", ".join(f"({_line(part)})" if isinstance(part, list | dict) else str(part) for part in parts)
+    return str(shape)
+
+
+def print_json(data: Any) -> None:
+    """One JSON document on standard output; NaN and infinity become null."""
+    typer.echo(json.dumps(_finite(data), indent=2, ensure_ascii=False))
+
+
+def _finite(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {str(key): _finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_finite(value) for value in data]
+    if isinstance(data, float) and not (float("-inf") < data < float("inf")):
+        return None
+    return data

@@ -1,0 +1,37 @@
+"""What the library says in Python's words, in the words of the terminal."""
+
+from __future__ import annotations
+
+import re
+
+_NUMBER = r"([-+.\w]+)"
+_WORDS: tuple[tuple[str, str], ...] = (
+    # Hardware and limits.
+    (rf"Hardware\((period|delay)={_NUMBER}\)", r"--\1 \2"),
+    (rf"Saturation\(lower={_NUMBER}, upper={_NUMBER}\)", r"--limit \1:\2"),
+    (rf"SlewLimit\(rate={_NUMBER}\)", r"--slew \1"),
+    (rf"Jitter\(width={_NUMBER}\)", r"--jitter \1"),
+    (rf"MissedSamples\(probability={_NUMBER}\)", r"--missed \1"),
+    (rf"Quantiser\(step={_NUMBER}\)", r"--resolution \1"),
+    (rf"a quantiser of {_NUMBER} bits", r"--encoder \1"),
+    (rf"MeasurementNoise\(std={_NUMBER}\)", r"--noise \1"),
+    (rf"Pwm\((?:frequency|supply)={_NUMBER}\)", r"--pwm, the value \1"),
+    (rf"EndStop\('(\w+)', {_NUMBER}, {_NUMBER}\)", r"--stop \1=\2:\3"),
+    (rf"EndStop\(restitution={_NUMBER}\)", r"--stop, the rebound \1"),
+    (r"Give them: parameters=\{'(\w+)': \.\.\.\}(?:, or [^.]*)?\.", r"Add --set \1=..."),
+    # Design.
+    (r"Give outputs_only=True to linearise the outputs only\.", "Add --input-output to linearise the outputs only."),
+    (r"`analyse`", "`ulna analyse`"),
+    # Sweeps.
+    (r"Narrow them: .*", "Narrow them: uniform(0,5), normal(1,0.1,0.5,1.5)."),
+    (rf"Saltelli\(base={_NUMBER}\)", r"--runs \1"),
+    (rf"campaign\(batch_size={_NUMBER}\)", r"--batch-size \1"),
+    (r"DaskWorkers\(\)", "--scheduler"),
+)
+
+
+def in_terminal_words(text: str) -> str:
+    """The message with flags in place of Python's names."""
+    for pattern, flag in _WORDS:
+        text = re.sub(pattern, flag, text)
+    return text
