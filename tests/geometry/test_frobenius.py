@@ -6,8 +6,8 @@ from sympy import Expr, Matrix, atan, cos, exp, log, sin, symbols
 from ulna.geometry.distribution import distribution
 from ulna.geometry.frobenius import first_integrals, verified
 from ulna.geometry.lie import lie_derivative
-from ulna.symbolic.exact.elimination import null_space
 from ulna.symbolic.exact.rank import generic_rank
+from ulna.symbolic.exact.spans import null_space
 from ulna.symbolic.exact.zero import is_zero
 
 X = x1, x2, x3, x4, x5 = symbols("x1:6", real=True)

@@ -22,7 +22,7 @@ from ulna.base import UlnaError
 from ulna.geometry.integrate_form import exact_potential, integrate, parallel
 from ulna.geometry.lie import iterated_brackets
 from ulna.geometry.oneform import OneForm, differential, one_form, scaled
-from ulna.symbolic.exact.elimination import null_space
+from ulna.symbolic.exact.spans import null_space
 from ulna.symbolic.exact.zero import is_zero
 
 X = x1, x2, x3, x4 = symbols("x1:5", real=True)

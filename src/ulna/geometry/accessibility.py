@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from time import thread_time
 
 import sympy as sp
 
@@ -15,13 +14,12 @@ from ulna.geometry.distribution import Distribution
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.smoothness import require_smooth
 from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.quotients import lowest_terms
 from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at
-from ulna.symbolic.exact.simplify import normal_form
 from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _SECONDS = 1.0
 _SECONDS_FOR_BRACKETS = 3.0
-_SECONDS_PER_LEVEL = 0.5
 _SECONDS_PER_ENTRY = 0.15
 
 
@@ -155,28 +153,18 @@ def accessibility(system: System) -> Accessibility:
 
 
 def _following(view: ControlAffine, fields: tuple[sp.ImmutableDenseMatrix, ...]) -> tuple[sp.ImmutableDenseMatrix, ...]:
-    return _shortened(tuple(lie_bracket(view.f, field, view.x) for field in fields))
+    """The next brackets, entries in lowest terms where that is not longer: unreduced they grow tenfold a level."""
+
+    def short(entry: sp.Expr) -> sp.Expr:
+        return min(lowest_terms(entry, seconds=_SECONDS_PER_ENTRY), entry, key=sp.count_ops)
+
+    return tuple(lie_bracket(view.f, field, view.x).applyfunc(short) for field in fields)
 
 
 def _singular(levels: list[tuple[sp.ImmutableDenseMatrix, ...]], rank: Rank, n: int) -> sp.Expr | None:
     if not rank.value:
         return None
     return attempt(_SECONDS, "minor", minor_determinant, _matrix(levels, n), rank, seconds=_SECONDS).value
-
-
-def _shortened(fields: tuple[sp.ImmutableDenseMatrix, ...]) -> tuple[sp.ImmutableDenseMatrix, ...]:
-    """Entries in lowest terms where that is quickly found and shorter: unreduced brackets grow tenfold a level."""
-    left = [_SECONDS_PER_LEVEL]
-
-    def short(entry: sp.Expr) -> sp.Expr:
-        if left[0] <= 0 or len(entry.args) < 2:
-            return entry
-        start = thread_time()
-        reduced = attempt(min(left[0], _SECONDS_PER_ENTRY), "lowest terms", normal_form, entry).value
-        left[0] -= thread_time() - start
-        return entry if reduced is None or reduced.count_ops() > entry.count_ops() else reduced
-
-    return tuple(field.applyfunc(short) for field in fields)
 
 
 def _generic(levels: list[tuple[sp.ImmutableDenseMatrix, ...]], n: int) -> Rank:

@@ -36,14 +36,6 @@ class Diffeomorphism:
         """(n, n) ∂T/∂x."""
         return sp.ImmutableDenseMatrix(self.forward.jacobian(list(self.old)))
 
-    def push_field(self, field: sp.MatrixBase) -> sp.ImmutableDenseMatrix:
-        """(n, 1) vector field (∂T/∂x) f in the new coordinates, at x = T⁻¹(z).
-
-        Raises:
-            NoFormError: if no inverse was found.
-        """
-        return self.to_new(self.jacobian * field)
-
     def to_new(self, expressions: sp.MatrixBase) -> sp.ImmutableDenseMatrix:
         """Expressions in x rewritten in z through the inverse.
 

@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from sympy import Expr, ImmutableDenseMatrix, Matrix, Symbol
+from sympy import ImmutableDenseMatrix, Matrix, Symbol
 from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError, Verdict, all_of
 from ulna.geometry.lie import Scalar, expression, lie_bracket
 from ulna.geometry.oneform import OneForm
-from ulna.symbolic.exact.elimination import null_space, reduced_against, row_reduce, without_common_factor
 from ulna.symbolic.exact.rank import Rank, generic_rank, rank_at
+from ulna.symbolic.exact.spans import in_span, null_space, reduced_against, without_common_factor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,16 +61,6 @@ def dimension_at(span: Distribution, point: Mapping[Symbol, Scalar]) -> Rank:
     return rank_at(span.matrix.as_mutable(), {x: expression(value) for x, value in point.items()})
 
 
-def regular_at(span: Distribution, point: Mapping[Symbol, Scalar]) -> Verdict:
-    """Whether the dimension at the point is the generic one, so that it is constant around the point."""
-    generic, local = generic_dimension(span), dimension_at(span, point)
-    evidence = {"generic_dimension": generic.value, "dimension_at_point": local.value, "point": dict(point)}
-    claim = "the distribution has constant dimension around the point"
-    if local.value < generic.value:
-        return Verdict.refuted(claim, **evidence)
-    return all_of(claim, [generic.verdict, local.verdict], **evidence)
-
-
 def generic_basis(span: Distribution) -> Distribution:
     """Fields chosen among the spanning ones, in their order, that are independent on an open dense set."""
     kept: list[ImmutableDenseMatrix] = []
@@ -84,52 +74,7 @@ def generic_basis(span: Distribution) -> Distribution:
 
 def contains(span: Distribution, field: MatrixBase) -> Verdict:
     """Whether the field lies in the span on an open dense set; the evidence holds both ranks and the point."""
-    claim = "the field lies in the distribution"
-    before = generic_dimension(span)
-    after = _rank_of(*span.fields, field)
-    evidence = {"rank_before": before.value, "rank_after": after.value, "point": after.point}
-    if after.value > before.value:
-        if before.value == len(span.fields) or before.verdict.holds:
-            return Verdict.refuted(claim, **evidence)
-        return Verdict.undecided(claim, **evidence)
-    return all_of(claim, [after.verdict], **evidence)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Membership:
-    """A field as a combination of the spanning fields: field = Σ cᵢ fᵢ.
-
-    `coefficients` is None where the field is no member.
-    """
-
-    coefficients: tuple[Expr, ...] | None
-    verdict: Verdict
-
-
-def membership(span: Distribution, field: MatrixBase) -> Membership:
-    """The coefficients of a field over the spanning fields; 0 for fields not needed as a basis."""
-    verdict = contains(span, field)
-    if not verdict.holds:
-        return Membership(coefficients=None, verdict=verdict)
-    reduction = row_reduce(ImmutableDenseMatrix.hstack(*span.fields, ImmutableDenseMatrix(field)))
-    # A pivot in the last column would mean that the field is no member.
-    values: dict[int, Expr] = {c: reduction.rows[i, len(span.fields)] for i, c in enumerate(reduction.pivots)}
-    coefficients = tuple(values.get(k, field[0] * 0) for k in range(len(span.fields)))
-    return Membership(coefficients=coefficients, verdict=verdict)
-
-
-def sum_of(first: Distribution, second: Distribution) -> Distribution:
-    """The span of the fields of both.
-
-    Raises:
-        UlnaError: they live over different coordinates.
-    """
-    if first.coordinates != second.coordinates:
-        raise UlnaError(
-            "the sum of two distributions",
-            f"{first.coordinates} and {second.coordinates} are different coordinates.",
-        )
-    return Distribution(coordinates=first.coordinates, fields=first.fields + second.fields)
+    return in_span(field, span.matrix)
 
 
 def annihilator(span: Distribution) -> tuple[OneForm, ...]:

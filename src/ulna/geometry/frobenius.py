@@ -16,9 +16,8 @@ from ulna.geometry.distribution import Distribution, generic_basis, involutive
 from ulna.geometry.lie import Scalar, expression, lie_derivative
 from ulna.geometry.representative import simplest_function_of, without_arcsines
 from ulna.symbolic.exact.budget import time_budget
-from ulna.symbolic.exact.elimination import vanishes
 from ulna.symbolic.exact.rank import generic_rank
-from ulna.symbolic.exact.zero import is_zero
+from ulna.symbolic.exact.zero import is_zero, vanishes
 from ulna.symbolic.integration.leaf_search import LeafSearch, along, independent
 
 

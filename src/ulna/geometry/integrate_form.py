@@ -21,8 +21,8 @@ from ulna.geometry.representative import (
     without_offset,
 )
 from ulna.symbolic.exact.budget import time_budget
-from ulna.symbolic.exact.elimination import normal, vanishes
-from ulna.symbolic.exact.zero import is_zero
+from ulna.symbolic.exact.quotients import normal
+from ulna.symbolic.exact.zero import is_zero, vanishes
 from ulna.symbolic.integration import integrating_factor as factors
 from ulna.symbolic.integration.form_search import FormSearch
 from ulna.symbolic.integration.potential import potentials

@@ -2,7 +2,7 @@
 
 Vector fields are columns (n, 1), covector fields (one-forms) rows (1, n), functions scalars, all over one tuple of
 coordinates; every other symbol is a parameter. Nothing here is simplified for reading; longer results are brought to
-lowest terms by exact algebra where that is quick (`ulna.symbolic.exact.compact`), which keeps chains of brackets short.
+lowest terms by exact algebra where that is quick (`compact`), which keeps chains of brackets short.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from sympy import Expr, Float, ImmutableDenseMatrix, Integer, Rational, Symbol
 from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError
-from ulna.symbolic.exact.compact import compact
+from ulna.symbolic.exact.quotients import compact
 
 Scalar: TypeAlias = Expr | int
 """A function, or a whole number as users write it."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ulna.base import OptionalDependencyError, Verdict
+from ulna.symbolic.exact.rank import rank_of_numbers
 from ulna.system import SystemKernel
 
 SEED = 5039
@@ -96,14 +97,6 @@ class _Graph:
         return np.array(self.ca.Function("v", [self.x], [expression])(place))
 
 
-def _rank(columns: np.ndarray) -> int:
-    if not columns.size:
-        return 0
-    lengths = np.linalg.norm(columns, axis=0)
-    kept = columns[:, lengths > TOLERANCE] / lengths[lengths > TOLERANCE]
-    return int(np.linalg.matrix_rank(kept, tol=TOLERANCE)) if kept.size else 0
-
-
 def _dimensions(graph: _Graph, places: list[np.ndarray], point: np.ndarray) -> tuple[tuple[int, ...], int]:
     if not graph.m:
         return (0,) * graph.n, 0
@@ -111,8 +104,8 @@ def _dimensions(graph: _Graph, places: list[np.ndarray], point: np.ndarray) -> t
     here = 0
     for k in range(graph.n):
         fields = graph.ca.horzcat(*(field for level in range(k + 1) for field in graph.level(level)))
-        dimensions.append(max(_rank(graph.values(fields, place)) for place in places))
-        here = _rank(graph.values(fields, point))
+        dimensions.append(max(rank_of_numbers(graph.values(fields, place)) for place in places))
+        here = rank_of_numbers(graph.values(fields, point))
         if dimensions[-1] == graph.n or (k and dimensions[-1] == dimensions[-2]):
             break
     return tuple(dimensions + [dimensions[-1]] * (graph.n - len(dimensions))), here
@@ -133,7 +126,7 @@ def _involutive(graph: _Graph, places: list[np.ndarray]) -> Verdict:
             jacobian = jacobians.reshape(len(fields), graph.n, graph.n)
             products = np.einsum("aij,bj->abi", jacobian, own)
             brackets = (products - products.transpose(1, 0, 2)).reshape(-1, graph.n)
-            before, after = _rank(own.T), _rank(np.vstack([own, brackets]).T)
+            before, after = rank_of_numbers(own.T), rank_of_numbers(np.vstack([own, brackets]).T)
             if after > before:
                 return Verdict.refuted(claim, level=k, rank=before, rank_with_brackets=after, **evidence)
     return Verdict.supported(claim, **evidence)
@@ -147,8 +140,8 @@ def _observability(graph: _Graph, places: list[np.ndarray], point: np.ndarray) -
     for _ in range(graph.n):
         rows.append(graph.ca.jacobian(last, graph.x))
         matrix = graph.ca.vertcat(*rows)
-        rank = max(_rank(graph.values(matrix, place).T) for place in places)
-        here = _rank(graph.values(matrix, point).T)
+        rank = max(rank_of_numbers(graph.values(matrix, place).T) for place in places)
+        here = rank_of_numbers(graph.values(matrix, point).T)
         if rank in (best, graph.n):
             best = rank
             break

@@ -13,8 +13,8 @@ from sympy import Expr, ImmutableDenseMatrix, Integer, Symbol
 from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError, Verdict, all_of
-from ulna.geometry.lie import Scalar, expression, lie_derivative_of_covector
-from ulna.symbolic.exact.elimination import null_space
+from ulna.geometry.lie import Scalar, expression
+from ulna.symbolic.exact.spans import null_space
 from ulna.symbolic.exact.zero import is_zero
 
 
@@ -85,11 +85,6 @@ def wedge(first: OneForm, second: OneForm) -> ImmutableDenseMatrix:
 def contraction(form: OneForm, field: MatrixBase) -> Expr:
     """ω(f) = Σ wᵢ fᵢ, a function; f of shape (n, 1)."""
     return sum((w * f for w, f in zip(form.components, field, strict=True)), Integer(0))
-
-
-def lie_derivative_of_form(form: OneForm, field: MatrixBase) -> OneForm:
-    """L_f ω = d(ω(f)) + dω(f, ·), f of shape (n, 1)."""
-    return OneForm(coordinates=form.coordinates, row=lie_derivative_of_covector(form.row, field, form.coordinates))
 
 
 def closed(form: OneForm) -> Verdict:

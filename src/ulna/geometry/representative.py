@@ -32,7 +32,7 @@ from sympy import (
 )
 
 from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.elimination import normal
+from ulna.symbolic.exact.quotients import normal
 from ulna.symbolic.integration.integrating_factor import exponential
 
 _SECONDS = 0.5

@@ -12,9 +12,10 @@ from ulna.base.verdict import Status, Verdict
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import time_budget
-from ulna.symbolic.exact.linear import in_span, solve_linear
+from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.rank import generic_rank, rank_at
 from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact.spans import in_span
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.formulas.text import formula
 from ulna.system import Signal, System, control_affine, equilibrium_in_numbers

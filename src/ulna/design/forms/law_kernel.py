@@ -22,6 +22,7 @@ from ulna.program import (
     to_numpy,
     without_inputs,
 )
+from ulna.symbolic.exact.rank import rank_of_numbers
 from ulna.system import System, SystemKernel, system_kernel
 
 SEED = 20140
@@ -81,7 +82,7 @@ def compiled_law(system: System, outputs: Sequence[sp.Expr] | None = None) -> Co
     matrix = [[f"{label}/{u}" for u in field.inputs] for label in tops]
     samples = _sampled(restricted(lie, [e for row in matrix for e in row]), field, POINTS).reshape(POINTS, m, m)
     sample = samples[0]
-    rank = int(np.linalg.matrix_rank(sample, tol=TOLERANCE * max(1.0, float(np.abs(sample).max()))))
+    rank = rank_of_numbers(sample, tolerance=TOLERANCE)
     if rank < m:
         value = Verdict.refuted("the decoupling matrix is invertible", rank=rank, seed=SEED)
         found = f"its decoupling matrix has rank {rank} instead of {m} at a random point."

@@ -25,10 +25,10 @@ from ulna.geometry.oneform import closed, one_form
 from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.elimination import null_space
 from ulna.symbolic.exact.linear import inverse_last_row
 from ulna.symbolic.exact.rank import generic_rank, rank_at
 from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact.spans import null_space
 from ulna.symbolic.exact.zero import SampledZero
 from ulna.system import System, equilibrium
 

@@ -12,7 +12,9 @@ from itertools import combinations_with_replacement
 
 import sympy as sp
 
+from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact.spans import null_space
 from ulna.symbolic.solving.taylor import taylor_coefficients
 
 Row = tuple[sp.Expr, ...]
@@ -57,17 +59,14 @@ def center_modes(A: sp.MatrixBase, *, zero: int, squares: Sequence[sp.Expr]) -> 
     annihilator = A**zero
     for square in squares:
         annihilator = annihilator * (A**2 + square * sp.eye(n))
-    kernel = (A if zero == 1 and not squares else annihilator).applyfunc(sp.expand).nullspace(simplify=True)
+    annihilator = annihilator.applyfunc(sp.expand)
+    kernel = null_space(A if zero == 1 and not squares else annihilator)
     chain = next((b for b in kernel if any(e != 0 for e in (A * b).applyfunc(tidy))), None)
     if chain is not None and len(kernel) == 2:
-        kernel = [(A * chain).applyfunc(sp.expand), chain]
+        kernel = ((A * chain).applyfunc(sp.expand), chain)
     center = sp.Matrix.hstack(*kernel)
     c = center.cols
-    if c == n:
-        stable = sp.zeros(n, 0)
-    else:
-        image = annihilator.applyfunc(sp.expand).columnspace(simplify=True)
-        stable = sp.Matrix.hstack(*image)
+    stable = sp.Matrix(annihilator)[:, list(generic_rank(annihilator).columns)]
     both = center.row_join(stable)
     blocks = (both.inv() * A * both).applyfunc(tidy)
     return CenterModes(

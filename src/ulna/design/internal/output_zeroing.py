@@ -9,9 +9,10 @@ import sympy as sp
 
 from ulna.base.verdict import Verdict, all_of
 from ulna.symbolic.exact.budget import time_budget
-from ulna.symbolic.exact.linear import nullspace, solve_linear
+from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.rank import generic_rank, rank_at
 from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact.spans import null_space
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.solving.branch import on_branch
 from ulna.symbolic.solving.level_set import graph_near
@@ -205,10 +206,7 @@ def _hidden_conditions(tangency: _Tangency, manifold: _Manifold) -> list[sp.Expr
     """What the state must satisfy for an input to exist: the offset along the left kernel of the slope."""
     rank = generic_rank(tangency.slope, seconds=0.3)
     manifold.regular.append(_constant_rank(tangency.slope, rank.value, manifold))
-    kernel = nullspace(tangency.slope.T)
-    if kernel is None:
-        raise _StoppedError(Verdict.undecided(_CLAIM, reason="no time for the left kernel of the decoupling matrix"))
-    hidden = [(vector.T * tangency.offset)[0] for vector in kernel]
+    hidden = [(vector.T * tangency.offset)[0] for vector in null_space(tangency.slope.T)]
     return [e for e in hidden if e != 0 and not is_zero(e, test=_QUICK).holds]
 
 

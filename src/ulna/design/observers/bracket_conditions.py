@@ -14,7 +14,7 @@ from ulna.geometry.lie import lie_bracket
 from ulna.geometry.observability import Observability, observability
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.linear import inverse_last_column
-from ulna.symbolic.exact.simplify import normal_form
+from ulna.symbolic.exact.quotients import lowest_terms
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.system import ControlAffine, System
 
@@ -98,20 +98,10 @@ def chain_of_fields(
     fields = (start,)
     commuting = commuting_fields(view, fields)
     while len(fields) < n and commuting.holds:
-        fields = (*fields, lowest_terms(lie_bracket(view.f, fields[-1], view.x)))
+        fields = (*fields, lie_bracket(view.f, fields[-1], view.x).applyfunc(lowest_terms))
         newest = commuting_fields(view, fields, since=len(fields) - 1)
         commuting = all_of(newest.claim, [commuting, newest])
     return fields, commuting, input_condition(view, fields[: n - 1])
-
-
-def lowest_terms(field: sp.MatrixBase) -> sp.ImmutableDenseMatrix:
-    """The field with entries in lowest terms where that is quick: chains of brackets swell otherwise."""
-    entries = []
-    for entry in field:
-        short = attempt(0.3, "lowest terms", normal_form, entry) if not entry.is_Atom else None
-        value = None if short is None else short.value
-        entries.append(entry if value is None or value.has(sp.sign) else value)
-    return sp.ImmutableDenseMatrix(len(entries), 1, entries)
 
 
 def commuting_fields(view: ControlAffine, fields: tuple[sp.ImmutableDenseMatrix, ...], *, since: int = 1) -> Verdict:

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base.verdict import Verdict
-from ulna.design.observers.bracket_conditions import lowest_terms
 from ulna.design.observers.output_functions import OutputSection, integral_over_output
 from ulna.geometry.lie import lie_bracket, lie_derivative
+from ulna.symbolic.exact.quotients import lowest_terms
 from ulna.symbolic.exact.simplify import tidy
 
 _SECONDS = 0.4
@@ -63,7 +63,7 @@ def search_chain(section: OutputSection, fields: Sequence[sp.MatrixBase], psi: s
     weight = section.at_states(psi.diff(y))
     chain = [sp.ImmutableDenseMatrix(field) for field in fields]
     while len(chain) < n:
-        chain.append(lowest_terms(lie_bracket(view.f, chain[-1], view.x)))
+        chain.append(lie_bracket(view.f, chain[-1], view.x).applyfunc(lowest_terms))
     top = lie_bracket(view.f, chain[n - 1], view.x)
     z = [section.at_states(psi)]
     injections: list[sp.Expr] = []

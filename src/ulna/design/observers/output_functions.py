@@ -12,9 +12,9 @@ import sympy as sp
 from ulna.base.verdict import Verdict, all_of
 from ulna.geometry.lie import lie_derivative
 from ulna.symbolic.exact.budget import PATIENCE, attempt
-from ulna.symbolic.exact.linear import nullspace
 from ulna.symbolic.exact.rank import generic_rank
 from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact.spans import null_space
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 from ulna.symbolic.integration.circular_substitution import antiderivative_by_substitution
 from ulna.symbolic.integration.potential import antiderivative, antiderivative_by_rules, potential_in_span
@@ -81,11 +81,10 @@ class OutputSection:
 def output_section(view: ControlAffine) -> OutputSection:
     """The section of a plant whose p outputs are independent."""
     y = output_symbols(view)
-    kernel = nullspace(sp.Matrix(view.h.jacobian(list(view.x))))
     return OutputSection(
         view=view,
         y=y,
-        fields=() if kernel is None else tuple(sp.ImmutableDenseMatrix(v) for v in kernel),
+        fields=null_space(view.h.jacobian(list(view.x))),
         lifts=tuple(_lifts(view, y)),
     )
 

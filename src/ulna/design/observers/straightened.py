@@ -9,8 +9,7 @@ from functools import lru_cache
 import sympy as sp
 
 from ulna.geometry.lie import lie_derivative
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.simplify import normal_form
+from ulna.symbolic.exact.quotients import lowest_terms
 from ulna.symbolic.solving.branch import on_branch
 from ulna.symbolic.solving.invert import invert_map
 from ulna.system import ControlAffine, System, control_affine, equilibrium, equilibrium_in_numbers
@@ -94,8 +93,7 @@ def _rewritten(
     for k, x in enumerate(view.x):
         rate = lie_derivative(meaning[x], field, view.x) if x in meaning else field[k]
         moved = on_branch(rate.xreplace(dict(onto)), base)
-        short = attempt(0.6, "lowest terms", normal_form, moved).value
-        rates.append(moved if short is None or short.has(sp.sign) else short)
+        rates.append(lowest_terms(moved, seconds=0.6))
     states = {h: x for x, h in meaning.items()}
     system = view.system
     return StraightenedPlant(

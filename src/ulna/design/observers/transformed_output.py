@@ -23,7 +23,6 @@ from ulna.base.verdict import Verdict, all_of
 from ulna.design.observers.bracket_conditions import (
     ObserverConditions,
     chain_of_fields,
-    lowest_terms,
     vanishes,
 )
 from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs, search_chain
@@ -47,6 +46,7 @@ from ulna.geometry.lie import lie_bracket
 from ulna.geometry.observability import observability
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.quotients import lowest_terms
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.formulas.parse import is_elementary
 from ulna.symbolic.formulas.text import formula
@@ -182,7 +182,7 @@ def _search(conditions: ObserverConditions, claim: str) -> OutputTransformation:
         evidence = {**why.evidence, "because": why.claim, "psi": "y at most"}
         return _none(system, Verdict(claim=claim, status=why.status, evidence=evidence))
     # Before an integral is sought: ψ' alone tells whether the brackets of the form in ψ(y) vanish.
-    start = lowest_terms(conditions.fields[0] / section.at_states(slope))
+    start = (conditions.fields[0] / section.at_states(slope)).applyfunc(lowest_terms)
     fields, commuting, inputs = chain_of_fields(section.view, start)
     exists = all_of(claim, [commuting, inputs])
     if exists.fails:
@@ -193,7 +193,7 @@ def _search(conditions: ObserverConditions, claim: str) -> OutputTransformation:
         evidence = {**exists.evidence, "slope": slope, "reason": f"∫ {slope} d{section.y[0]} is not elementary"}
         return _none(system, Verdict(claim=claim, status=exists.status, evidence=evidence))
     factor, psi = sp.factor_terms(psi).as_independent(section.y[0], as_Add=False)
-    chain = search_chain(section, [lowest_terms(field * factor) for field in fields], psi, claim)
+    chain = search_chain(section, [(field * factor).applyfunc(lowest_terms) for field in fields], psi, claim)
     form = None if chain.coordinates is None else assemble(section, chain)
     verdict = chain.verdict if form is None else form.verdict
     if chain.coordinates is not None and form is None:
@@ -234,7 +234,7 @@ def curvature(conditions: ObserverConditions) -> sp.Expr:
     start = conditions.starting_field
     chain = [sp.ImmutableDenseMatrix(start)]
     for _ in range(n - 1):
-        chain.append(lowest_terms(lie_bracket(view.f, chain[-1], view.x)))
+        chain.append(lie_bracket(view.f, chain[-1], view.x).applyfunc(lowest_terms))
     odd = n % 2
     # No factor λ(y) on τ changes these: for them only L_τ L_f^k λ with k + 1 < n occur, and those vanish.
     for k in range(1, n - 1 + odd):

@@ -8,7 +8,7 @@ from itertools import combinations_with_replacement
 from sympy import Add, Expr, Mul, Poly, Pow, Rational, Symbol, atan, cos, cot, exp, log, sin, sqrt, tan
 from sympy.core.function import AppliedUndef, Function
 
-from ulna.symbolic.exact.elimination import normal
+from ulna.symbolic.exact.quotients import normal
 
 _PARTNER = {sin: cos, cos: sin}
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import sympy as sp
 from flint import arb
 
@@ -16,8 +17,8 @@ from ulna.base import Verdict
 from ulna.symbolic.exact.ball import tape
 from ulna.symbolic.exact.embed import attempt_exactly
 from ulna.symbolic.exact.minors import PolynomialRows, determinant, polynomial_rows, relation_with
+from ulna.symbolic.exact.quotients import lowest_terms
 from ulna.symbolic.exact.sample import SEED, Point, regular_points
-from ulna.symbolic.exact.simplify import normal_form
 
 _POINTS = 3
 _DIGITS = 40
@@ -126,15 +127,19 @@ def rank_of_balls(rows: Sequence[Sequence[arb]], *, point: Point) -> Rank:
     return Rank(value=value, verdict=verdict, point=point, rows=pivots.rows, columns=pivots.columns)
 
 
+def rank_of_numbers(matrix: np.ndarray, *, tolerance: float = 1e-8) -> int:
+    """The rank of floats (m, n), every column scaled to length one; shorter than the tolerance counts as zero."""
+    lengths = np.linalg.norm(matrix, axis=0)
+    kept = matrix[:, lengths > tolerance] / lengths[lengths > tolerance]
+    return int(np.linalg.matrix_rank(kept, tol=tolerance)) if kept.size else 0
+
+
 def value_at(expression: sp.Expr, point: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
     """The exact value, in lowest terms where 0/0 turns up; None if it is not finite."""
     value = sp.sympify(expression).xreplace(dict(point))
     if not value.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
         return value
-    lowest = attempt_exactly(0.5, "lowest terms", normal_form, expression)
-    if lowest.value is None:
-        return None
-    value = lowest.value.xreplace(dict(point))
+    value = lowest_terms(sp.sympify(expression), seconds=0.5).xreplace(dict(point))
     return None if value.has(sp.nan, sp.zoo, sp.oo, -sp.oo) else value
 
 

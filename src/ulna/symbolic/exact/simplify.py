@@ -13,7 +13,8 @@ from sympy.simplify.fu import TR2i
 from ulna.base import Status
 from ulna.symbolic.exact.angles import over_relative_angles
 from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.embed import attempt_exactly, embed
+from ulna.symbolic.exact.embed import attempt_exactly
+from ulna.symbolic.exact.quotients import lowest_terms
 from ulna.symbolic.exact.zero import SampledZero
 
 _LARGE = 400
@@ -64,12 +65,10 @@ def _collect_cheap_forms(expression: sp.Expr, found: list[sp.Expr]) -> None:
     if SampledZero(points=2)(expression).status is Status.PROVED:
         found.append(sp.S.Zero)
         return
-    exact = attempt_exactly(math.inf, "normal form", normal_form, expression)
-    # A sign function that was not there before reads worse than the root or modulus it came from.
-    if exact.value is not None and not exact.value.has(sp.sign):
-        found.append(exact.value)
-        _rewrite(sp.factor_terms, exact.value, found)
-    _rewrite(sp.factor_terms, expression, found)
+    exact = lowest_terms(expression, seconds=math.inf)
+    found.append(exact)
+    for one in dict.fromkeys((exact, expression)):
+        _rewrite(sp.factor_terms, one, found)
     for one in tuple(found):
         if one.has(sp.sin):
             _rewrite(TR2i, one, found)
@@ -104,8 +103,8 @@ def _collect_over_relative_angles(expression: sp.Expr, found: list[sp.Expr]) -> 
     if _length(min(found, key=_length))[0] < _FEW or len(expression.atoms(sp.sin, sp.cos, sp.tan)) < _CIRCULAR:
         return False
     for over, relative, meaning in over_relative_angles(expression):
-        form = attempt_exactly(math.inf, "normal form", normal_form, over).value
-        if form is not None and len(form.free_symbols) < len(expression.free_symbols) and not form.has(sp.sign):
+        form = lowest_terms(over, seconds=math.inf)
+        if len(form.free_symbols) < len(expression.free_symbols):
             found.append(form.xreplace({relative: meaning}))
             return True
     return False
@@ -116,16 +115,6 @@ def _rewrite(rewrite: Callable[[sp.Expr], sp.Expr], expression: sp.Expr, found: 
     form = attempt(math.inf, "rewrite", rewrite, expression).value
     if form is not None:
         found.append(form)
-
-
-def normal_form(expression: sp.Expr) -> sp.Expr:
-    """One fraction in lowest terms and irreducible factors, over sines, exponentials, logarithms and roots.
-
-    Raises:
-        ExactAlgebraError: see `ulna.symbolic.exact.embed.embed`.
-    """
-    ring, [element] = embed([expression])
-    return ring.factored(ring.make(*element))
 
 
 def _length(expression: sp.Expr) -> tuple[int, int]:

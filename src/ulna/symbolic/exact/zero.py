@@ -6,11 +6,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
+import numpy as np
 import sympy as sp
+from sympy.functions.elementary.hyperbolic import InverseHyperbolicFunction
+from sympy.functions.elementary.trigonometric import InverseTrigonometricFunction
 
 from ulna.base import Verdict, all_of
 from ulna.symbolic.exact.ball import leaves_of, tape
 from ulna.symbolic.exact.embed import attempt_exactly, embed
+from ulna.symbolic.exact.finite_field import PRIMES, FieldSample
 from ulna.symbolic.exact.sample import RADIUS, SEED, regular_points
 
 
@@ -72,6 +76,54 @@ class SampledZero:
                 return Verdict.proved(claim, method="normal form", **evidence)
             evidence["no_proof"] = proof.reason or "the normal form does not vanish by the known relations"
         return Verdict.supported(claim, **evidence)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResidueZero:
+    """Random points of a finite field, for searching: milliseconds, supported or refuted, nothing proved.
+
+    The field does not know that √u √v = √(uv) for positive u and v; so with roots or inverse functions a nonzero value
+    there is doubted, and the real numbers are asked.
+
+    Args:
+        points: number of random points.
+        seed: of the random points.
+    """
+
+    points: int = 32
+    seed: int = 1
+
+    def __call__(self, expression: sp.Expr, /) -> Verdict:
+        """The verdict on "the expression is identically zero"."""
+        claim = f"{_short(expression)} = 0"
+        evidence = {"points": self.points, "seed": self.seed, "prime": PRIMES[0]}
+        if expression.is_Rational:
+            return Verdict.proved(claim) if expression == 0 else Verdict.refuted(claim, value=expression)
+        zero = self.seen(expression)
+        if not zero and _has_hidden_relations(expression):
+            return SampledZero(points=4, seconds=0)(expression)
+        if zero is None:
+            return Verdict.undecided(claim, tried="no random point where the expression is finite", **evidence)
+        return Verdict.supported(claim, **evidence) if zero else Verdict.refuted(claim, **evidence)
+
+    def seen(self, expression: sp.Expr) -> bool | None:
+        """Whether all values in the field are zero; None if there is none."""
+        sample = FieldSample(self.points, seed=self.seed)
+        values = sample(expression)
+        return not np.any(values[sample.valid]) if sample.valid.any() else None
+
+
+def vanishes(expression: sp.Expr, test: ResidueZero = ResidueZero()) -> bool:
+    """Whether the expression is zero at random points of a finite field: `ResidueZero` as a quick filter."""
+    if expression.is_Rational:
+        return expression == 0
+    return test.seen(expression) or (_has_hidden_relations(expression) and test(expression).holds)
+
+
+def _has_hidden_relations(expression: sp.Expr) -> bool:
+    if expression.has(sp.log, sp.Abs, InverseTrigonometricFunction, InverseHyperbolicFunction):
+        return True
+    return any(not node.exp.is_Integer for node in expression.atoms(sp.Pow))
 
 
 def vanishes_exactly(expression: sp.Expr) -> bool:

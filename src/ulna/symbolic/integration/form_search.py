@@ -9,7 +9,9 @@ from typing import TypeAlias
 from sympy import Expr, Symbol
 
 from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.elimination import normal, vanishes, without_common_factor
+from ulna.symbolic.exact.quotients import normal
+from ulna.symbolic.exact.spans import without_common_factor
+from ulna.symbolic.exact.zero import vanishes
 from ulna.symbolic.integration import integrating_factor as factors
 from ulna.symbolic.integration import pfaffian
 from ulna.symbolic.integration.potential import potential_by_quadrature, potential_in_span

@@ -10,10 +10,12 @@ import numpy as np
 from sympy import Add, Expr, ImmutableDenseMatrix, Integer, Matrix, Symbol, exp
 from sympy.matrices import MatrixBase
 
-from ulna.symbolic.exact.elimination import normal, null_space, vanishes
 from ulna.symbolic.exact.finite_field import FieldSample
 from ulna.symbolic.exact.letters import letters, wide_letters, words
+from ulna.symbolic.exact.quotients import normal
 from ulna.symbolic.exact.residues import null_space as residue_null_space
+from ulna.symbolic.exact.spans import null_space
+from ulna.symbolic.exact.zero import vanishes
 from ulna.symbolic.integration.ansatz import LinearEquations, Span, solutions
 from ulna.symbolic.integration.form_search import FormSearch
 from ulna.symbolic.integration.level_sets import constant_of, solved_for_a_coordinate

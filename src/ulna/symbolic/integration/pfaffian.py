@@ -12,9 +12,10 @@ from sympy import exp as exponential_of
 from sympy.solvers.ode import classify_ode, dsolve
 
 from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.elimination import normal, vanishes
 from ulna.symbolic.exact.letters import irreducible_factors, letters, words
+from ulna.symbolic.exact.quotients import normal
 from ulna.symbolic.exact.relations import constant_relations
+from ulna.symbolic.exact.zero import vanishes
 from ulna.symbolic.integration.ansatz import Span, solutions
 from ulna.symbolic.integration.integrating_factor import kernel_equations, pivot_of
 from ulna.symbolic.integration.potential import gradient_equations, potential_by_quadrature, potential_in_span

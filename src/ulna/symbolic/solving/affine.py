@@ -9,10 +9,10 @@ import numpy as np
 import sympy as sp
 
 from ulna.base.errors import PlantError
-from ulna.symbolic.exact.elimination import normal
+from ulna.symbolic.exact.quotients import normal
+from ulna.symbolic.exact.rank import rank_of_numbers
 
 _SEED = 3107
-_SMALL = 1e-9
 _BY_MINORS = 2
 """Up to this many unknowns the solution is one fraction over the determinant; beyond, elimination stays shorter."""
 
@@ -53,7 +53,7 @@ def _solution(
     known = [-equation.xreplace(zeros) for equation in equations]
     sides = [min(side, sp.expand(side), key=sp.count_ops) for side in known]
     sample = _sampled(rows)
-    if np.linalg.matrix_rank(sample, tol=_SMALL * max(1.0, float(np.abs(sample).max()))) < len(unknowns):
+    if rank_of_numbers(sample) < len(unknowns):
         raise PlantError(
             f"the implicit definitions {names} of {where}",
             "their coefficients are singular at a random point.",

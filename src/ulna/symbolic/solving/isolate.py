@@ -13,8 +13,7 @@ from sympy.simplify.fu import TR2i
 from ulna.base import Status
 from ulna.symbolic.exact.ball import tape
 from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.embed import attempt_exactly
-from ulna.symbolic.exact.simplify import normal_form
+from ulna.symbolic.exact.quotients import lowest_terms
 from ulna.symbolic.exact.zero import SampledZero
 
 Base = Mapping[sp.Basic, sp.Expr]
@@ -41,10 +40,9 @@ def linear_in(expression: sp.Expr, unknown: sp.Symbol) -> Isolated | None:
     if slope.has(unknown):
         if SampledZero(points=2)(slope.diff(unknown)).status is not Status.PROVED:
             return None
-        lowest = attempt_exactly(0.3, "slope", normal_form, slope)
-        if lowest.value is None or lowest.value.has(unknown):
+        slope = lowest_terms(slope)
+        if slope.has(unknown):
             return None
-        slope = lowest.value
     if slope == 0:
         return None
     rest = expression.xreplace({unknown: sp.S.Zero})
@@ -244,8 +242,7 @@ def harmonic(expression: sp.Expr, unknown: sp.Symbol, base: Base) -> Isolated | 
 
 def _root_of_sum(A: sp.Expr, B: sp.Expr) -> sp.Expr:
     squares = A**2 + B**2
-    short = attempt_exactly(0.3, "sum of squares", normal_form, squares).value
-    return sp.sqrt(squares if short is None or short.has(sp.sign) else short)
+    return sp.sqrt(lowest_terms(squares))
 
 
 def solved_branches(expression: sp.Expr, unknown: sp.Symbol, base: Base, *, seconds: float) -> Iterator[Isolated]:
