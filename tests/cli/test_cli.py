@@ -91,6 +91,7 @@ ARM = ["simulate", "one_link_arm"]
         (["design", "forearm", "--controller-poles", "-1,-2"], "there are no inputs"),
         ([*ARM, "--horizon", "-1"], "--horizon -1: it is no positive time"),
         ([*ARM, "--horizon", "nan"], "--horizon nan: it is no positive time"),
+        ([*ARM, "--horizon", "inf"], "--horizon inf: it is no positive time"),
         ([*ARM, "--observer-poles", "-1,-2,-3"], "an observer is asked for without a law"),
         ([*ARM, "--out", "run.xls"], "neither .csv nor .nc"),
         ([*ARM, "--out", "no/such/folder/run.csv"], "cannot be written"),
@@ -137,4 +138,5 @@ def test_a_plant_without_the_form_answers_why():
 def test_a_usage_error_has_status_2_too():
     assert ulna("simulate").exit_code == 2
     assert ulna("simulate", "one_link_arm", "--time", "5").exit_code == 2
+    assert ulna("simulate", "one_link_arm", "--seed", "-1").exit_code == 2
     assert ulna("frobnicate").exit_code == 2

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from terminal import answered, refused, ulna
 
+from ulna.campaign import Replay
+
 PLANT = """
 name = "mass"
 [parameters]
@@ -74,6 +76,15 @@ def test_a_sweep_runs_a_written_controller_on_a_heavier_plant_that_follows_a_ref
     assert again["signals"]["x"][-1] == pytest.approx(alone["signals"]["x"][-1], abs=1e-10)
 
 
+def test_a_run_that_is_not_what_is_stored_has_status_1(plant: str, tmp_path: Path, monkeypatch) -> None:
+    out = tmp_path / "runs"
+    answered("sweep", plant, "--vary", "x=values(1,2)", "--out", str(out))
+    monkeypatch.setattr(Replay, "differing", ("final_x",))
+    done = ulna("replay", str(out), "--run", "0")
+    assert done.exit_code == 1
+    assert "NOT identical with the stored run: final_x" in done.output
+
+
 def test_a_sweep_varies_a_set_point(plant: str, tmp_path: Path) -> None:
     asked = ["--controller-poles", "-2,-3", "--set-point", "--vary", "x_ref=values(1,2,3)", "--initial", "x=0.5"]
     data = answered("sweep", plant, *asked, "--out", str(tmp_path / "runs"), "--horizon", "9")
@@ -125,7 +136,7 @@ def test_the_command_for_the_worst_run_can_be_copied(plant: str, tmp_path: Path,
         (["--vary", "m=uniform(1,2)", "--vary", "m=uniform(1,2)"], "stands twice"),
         (["--vary", "m=uniform(1,2)", "--vary", "x=steps(0,1,3)"], "drawn by chance"),
         (["--vary", "m=uniform(1,2)", "--runs", "0"], "at least one"),
-        (["--vary", "m=uniform(1,2)", "--horizon", "0"], "positive time"),
+        (["--vary", "m=uniform(1,2)", "--horizon", "0"], "--horizon 0: it is no positive time"),
         (["--vary", "m=uniform(1,2)", "--period", "-1"], "positive time"),
         (["--vary", "m=uniform(1,2)", "--period", "99"], "longer than the run"),
         (["--vary", "m=uniform(1,2)", "--delay", "3"], "Give --period"),

@@ -16,7 +16,7 @@ from ulna.cli.main import app
 _PYTHON = re.compile(
     r"\b[A-Za-z_]+\([^()]*="  # a call with a keyword
     r"|\b(?:[A-Z][a-z]+){1,4}\("  # a constructor
-    r"|\b[a-z_]+=\{"  # a dictionary as an argument
+    r"|\b[a-z_]+=(?:\{|True|False|None)"  # an argument
     r"|\bulna\.[A-Za-z]"
 )
 

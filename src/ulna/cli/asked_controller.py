@@ -129,12 +129,10 @@ def _observer(options: DesignOptions) -> Any:
 
 def _in_options(missing: NoFormError, system: System) -> NoFormError:
     """The refusal with what the command line offers instead of the form."""
-    weights = f"{','.join(['1'] * len(system.states))}:{','.join(['0.01'] * len(system.outputs))}"
-    offers = {
-        "outputs_only": "Add --input-output to linearise the outputs only.",
-        "KalmanNoise": f"Add --high-gain 0.1, or replace --observer-poles by --kalman {weights}.",
-    }
-    hint = next((text for word, text in offers.items() if word in missing.hint), missing.hint)
+    hint = missing.hint
+    if "KalmanNoise" in hint:
+        weights = f"{','.join(['1'] * len(system.states))}:{','.join(['0.01'] * len(system.outputs))}"
+        hint = f"Add --high-gain 0.1, or replace --observer-poles by --kalman {weights}."
     return type(missing)(missing.asked, missing.found, hint, value=missing.value)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -61,7 +62,7 @@ def run_of(
     """
     from ulna.loop import Loop
 
-    if not run.horizon > 0:
+    if not 0 < run.horizon < math.inf:
         raise SimulationError(f"--horizon {run.horizon:g}", "it is no positive time in s.", "Give --horizon 5, say.")
     require_period(hardware)
     read = _read(run, design, hardware)

@@ -148,7 +148,7 @@ class RunOptions:
     ] = field(default_factory=list)
     seed: Annotated[
         int,
-        _run("--seed", help="From which everything random follows: noise, clock, what varies."),
+        _run("--seed", min=0, help="From which everything random follows: noise, clock, what varies."),
     ] = 0
 
 

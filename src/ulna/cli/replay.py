@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ulna.cli.options import AsJson
 from ulna.cli.simulate import write_trajectory
 from ulna.cli.terminal import console, print_json, progress
 
@@ -19,9 +20,12 @@ def replay(
     run: Annotated[int, typer.Option(help="Number of the run, from 0.")],
     plot: Annotated[Path | None, typer.Option(help="Draw the run: a .png, .svg or .pdf file.")] = None,
     out: Annotated[Path | None, typer.Option(help="Write the run: a .nc (netCDF) or .csv file.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON for machines.")] = False,
+    as_json: AsJson = False,
 ) -> None:
-    """Compute one run of a sweep anew, compare it with what is stored, and show its path."""
+    """Compute one run of a sweep anew, compare it with what is stored, and show its path.
+
+    The exit status is 1 where the two differ.
+    """
     from ulna.campaign import open_campaign
     from ulna.campaign import replay as again
 
@@ -38,6 +42,8 @@ def replay(
         print_json(_data(result, found))
     else:
         _print(result, found)
+    if not found.identical:
+        raise typer.Exit(1)
 
 
 def _data(result: CampaignResult, found: Replay) -> dict[str, Any]:

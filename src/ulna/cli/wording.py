@@ -17,8 +17,9 @@ _WORDS: tuple[tuple[str, str], ...] = (
     (rf"MeasurementNoise\(std={_NUMBER}\)", r"--noise \1"),
     (rf"Pwm\((?:frequency|supply)={_NUMBER}\)", r"--pwm, the value \1"),
     (rf"EndStop\('(\w+)', {_NUMBER}, {_NUMBER}\)", r"--stop \1=\2:\3"),
+    (r"Hardware\(end_stops=\.\.\.\)", "--stop"),
+    (r"Give lower and upper of one EndStop\.", "Write both ends in one: theta=-1:1."),
     (rf"EndStop\(restitution={_NUMBER}\)", r"--stop, the rebound \1"),
-    (r"Give them: parameters=\{'(\w+)': \.\.\.\}(?:, or [^.]*)?\.", r"Add --set \1=..."),
     # Design.
     (r"Give outputs_only=True to linearise the outputs only\.", "Add --input-output to linearise the outputs only."),
     (r"`analyse`", "`ulna analyse`"),
