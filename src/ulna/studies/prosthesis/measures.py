@@ -11,7 +11,7 @@ import numpy as np
 from ulna.plants import Heating
 from ulna.studies.prosthesis.plant import Bench
 from ulna.studies.prosthesis.tasks import PERIOD, Task
-from ulna.studies.prosthesis.trial import Runs
+from ulna.studies.prosthesis.trial import ANGLE, CURRENT, LIMITED, VOLTAGE, Runs
 
 TREMOR = (4.0, 12.0)
 """Hz: the band of tremor, in which a prosthesis must not move by itself."""
@@ -52,24 +52,24 @@ def measures(bench: Bench, task: Task, runs: Runs) -> dict[str, np.ndarray]:
     constant resistance. ripple: RMS of the error in 4 to 12 Hz, from one second after the start. chatter: RMS of the
     voltage's change between samples. limited: share of samples at which the drive could not give what was asked.
     """
-    error = runs.angle - task.reference[0]
-    power = runs.voltage * runs.current
+    error = runs[ANGLE] - task.reference[0]
+    power = runs[VOLTAGE] * runs[CURRENT]
     settled = _settling(task, error)
     found = {
-        **_way(task, runs.angle),
+        **_way(task, runs[ANGLE]),
         "settling": settled,
         "steady_error": np.degrees(np.abs(error[:, -round(STEADY / PERIOD) :]).mean(axis=1)),
         "rms_error": np.degrees(np.sqrt(np.mean(error**2, axis=1))),
         "peak_error": np.degrees(np.abs(error).max(axis=1)),
-        "peak_current": np.abs(runs.current).max(axis=1),
-        "rms_current": np.sqrt(np.mean(runs.current**2, axis=1)),
+        "peak_current": np.abs(runs[CURRENT]).max(axis=1),
+        "rms_current": np.sqrt(np.mean(runs[CURRENT]**2, axis=1)),
         "energy": power.sum(axis=1) * PERIOD,
         "power": power.mean(axis=1),
         "power_with_brake": _braked(task, power, settled),
-        "warming": _warming(bench, runs.current),
+        "warming": _warming(bench, runs[CURRENT]),
         "ripple": np.degrees(_ripple(error)),
-        "chatter": np.sqrt(np.mean(np.diff(runs.voltage, axis=1) ** 2, axis=1)),
-        "limited": 100 * runs.limited[:, 1:].mean(axis=1),
+        "chatter": np.sqrt(np.mean(np.diff(runs[VOLTAGE], axis=1) ** 2, axis=1)),
+        "limited": 100 * runs[LIMITED][:, 1:].mean(axis=1),
     }
     return {name: found[name] for name in UNITS}
 

@@ -14,7 +14,7 @@ from ulna.plants import preset, presets
 from ulna.plot.save import svg_text
 from ulna.report import output_folder, render_page, results_text
 from ulna.studies.prosthesis.animation import animation
-from ulna.studies.prosthesis.compare import Comparison, compare, plain_results
+from ulna.studies.prosthesis.comparison import Comparison, compare, plain_results
 from ulna.studies.prosthesis.demonstration import demonstrate
 from ulna.studies.prosthesis.emg_recording import read_recording
 from ulna.studies.prosthesis.figures import demonstration_figure, spread_figure, task_figure

@@ -16,14 +16,13 @@ import numpy as np
 
 from ulna.plants import hold, preset, presets
 from ulna.studies.prosthesis.contender import Contender
-from ulna.studies.prosthesis.field import TUNED_FILE, contenders
-from ulna.studies.prosthesis.lanes import LANES
+from ulna.studies.prosthesis.contenders import TUNED_FILE, contenders
 from ulna.studies.prosthesis.measures import measures
 from ulna.studies.prosthesis.plant import Bench, Draws, bench_of, draws_of
 from ulna.studies.prosthesis.tasks import Task, tasks_of
 from ulna.studies.prosthesis.trial import run_trial
 
-PLANTS = LANES
+PLANTS = 40
 PROBES = 16
 EVALUATIONS = 60
 SEED = 20
