@@ -15,6 +15,7 @@ from ulna.plants import hold, preset, preset_from_mapping, steady_rise
 from ulna.sim.references import minimum_jerk
 from ulna.studies.prosthesis.baselines import pid
 from ulna.studies.prosthesis.comparison import Comparison, compare, plain_results
+from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
 from ulna.studies.prosthesis.designs import (
     coefficients,
     design_plant,
@@ -23,7 +24,6 @@ from ulna.studies.prosthesis.designs import (
     reduced_compensator,
     state_law,
 )
-from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
 from ulna.studies.prosthesis.measures import UNITS, measures
 from ulna.studies.prosthesis.plant import Bench, Draws, bench_of, draws_of
 from ulna.studies.prosthesis.tasks import PERIOD, Task, tasks_of

@@ -8,11 +8,11 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from ulna.studies.prosthesis.lanes import LANES, block
 
 from ulna.plants import preset
 from ulna.sim import Quantiser, Sampled, Saturation, simulate
 from ulna.studies.prosthesis.designs import joined
-from ulna.studies.prosthesis.lanes import LANES, block
 from ulna.studies.prosthesis.load_robust_designs import load_robust_design
 from ulna.studies.prosthesis.plant import Bench, bench_of
 from ulna.studies.prosthesis.tasks import PERIOD, Task

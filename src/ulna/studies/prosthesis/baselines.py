@@ -27,7 +27,9 @@ def proportional_voltage() -> Contender:
         key="proportional_voltage",
         title="proportional voltage",
         note="voltage in proportion to the user's command; the user closes the loop by eye, 0.2 s late",
-        controller=_system("proportional voltage", user["states"], user["rates"], _s("c4") / _s("c6") * user["command"]),
+        controller=_system(
+            "proportional voltage", user["states"], user["rates"], _s("c4") / _s("c6") * user["command"]
+        ),
         tuned=(
             Tuned(name="user_p", start=2.0, lower=0.2, upper=12.0),
             Tuned(name="user_i", start=2.0, lower=0.1, upper=30.0),

@@ -99,6 +99,7 @@ def compare(bench: Bench, *, count: int = 200, seed: int = 1, workers: int = WOR
     """
     rivals, tasks, draws = contenders(bench), tasks_of(bench), draws_of(bench, count, seed=seed)
     chosen = {c.key: tuned_numbers(bench, c) for c in rivals}
+
     def entry(job: tuple[Contender, Task]) -> Entry:
         contender, task = job
         runs = run_trial(bench, contender, chosen[contender.key], task, draws)

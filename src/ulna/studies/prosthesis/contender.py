@@ -8,6 +8,7 @@ from ulna.design import Compensator
 from ulna.loop import parts_of
 from ulna.system import System
 
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuned:
     """A number that tuning may choose. start: where the search begins; lower, upper: its bounds."""

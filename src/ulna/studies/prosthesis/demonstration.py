@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.base import DesignError
+from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
 from ulna.studies.prosthesis.emg_pipeline import activations, calibrated, fresh_memory
 from ulna.studies.prosthesis.emg_signal import Recording, SyntheticMuscles, synthetic_recording
-from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
 from ulna.studies.prosthesis.intent import IntentMemory, ProportionalSpeed, followable, intent
 from ulna.studies.prosthesis.plant import Bench, draws_of
 from ulna.studies.prosthesis.tasks import PERIOD, Task

@@ -11,6 +11,7 @@ import sympy as sp
 
 from ulna.design import (
     AbstractGainRule,
+    Compensator,
     Law,
     Observer,
     Track,

@@ -62,7 +62,7 @@ def measures(bench: Bench, task: Task, runs: Runs) -> dict[str, np.ndarray]:
         "rms_error": np.degrees(np.sqrt(np.mean(error**2, axis=1))),
         "peak_error": np.degrees(np.abs(error).max(axis=1)),
         "peak_current": np.abs(runs[CURRENT]).max(axis=1),
-        "rms_current": np.sqrt(np.mean(runs[CURRENT]**2, axis=1)),
+        "rms_current": np.sqrt(np.mean(runs[CURRENT] ** 2, axis=1)),
         "energy": power.sum(axis=1) * PERIOD,
         "power": power.mean(axis=1),
         "power_with_brake": _braked(task, power, settled),
