@@ -20,7 +20,7 @@ FRAMES = 25
 _WIDTH, _HEIGHT, _LENGTH = 180, 170, 95
 
 
-def animation(found: Comparison) -> str:
+def animate(found: Comparison) -> str:
     """SVG text: an arm for every contender side by side, on the nominal plant, the wanted angle as a thin line.
 
     Angles grow downwards as in the plant, which is how SVG turns. The drawing plays in real time and starts again.

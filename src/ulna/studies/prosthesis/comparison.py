@@ -11,7 +11,7 @@ import numpy as np
 
 from ulna.studies.prosthesis.contender import Contender
 from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
-from ulna.studies.prosthesis.measures import UNITS, measures
+from ulna.studies.prosthesis.measures import UNITS, measure
 from ulna.studies.prosthesis.plant import Bench, draws_of
 from ulna.studies.prosthesis.tasks import Task, tasks_of
 from ulna.studies.prosthesis.trial import Runs, run_trial
@@ -105,7 +105,7 @@ def compare(bench: Bench, *, count: int = 200, seed: int = 1, workers: int = WOR
         runs = run_trial(bench, contender, chosen[contender.key], task, draws)
         # A copy, so that the others can go.
         nominal = {name: rows[:1].copy() for name, rows in runs.items()}
-        return Entry(contender=contender, task=task, measured=measures(bench, task, runs), nominal=nominal)
+        return Entry(contender=contender, task=task, measured=measure(bench, task, runs), nominal=nominal)
 
     # Task by task: a contender's loop is compiled once, by its first task.
     jobs = [(contender, task) for task in tasks for contender in rivals]

@@ -11,7 +11,7 @@ from ulna.base import DesignError
 from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
 from ulna.studies.prosthesis.emg_pipeline import activations, calibrated, fresh_memory
 from ulna.studies.prosthesis.emg_signal import Recording, SyntheticMuscles, synthetic_recording
-from ulna.studies.prosthesis.intent import IntentMemory, ProportionalSpeed, followable, intent
+from ulna.studies.prosthesis.intent import IntentMemory, ProportionalSpeed, followable, read_intent
 from ulna.studies.prosthesis.plant import Bench, draws_of
 from ulna.studies.prosthesis.tasks import PERIOD, Task
 from ulna.studies.prosthesis.trial import ANGLE, run_trial
@@ -66,7 +66,7 @@ def demonstrate(
     activation, _ = activations(pipeline, recording.samples, fresh_memory(pipeline))
     memory = IntentMemory(position=0.0)
     speed = ProportionalSpeed(speed=bench.motion.speed)
-    wish, _ = intent(speed, activation, memory, rate=recording.rate, limits=bench.motion)
+    wish, _ = read_intent(speed, activation, memory, rate=recording.rate, limits=bench.motion)
     times = np.arange(0.0, recording.times[-1], PERIOD)
     position = np.interp(times, recording.times, wish.position)
     nothing = np.zeros(len(times))

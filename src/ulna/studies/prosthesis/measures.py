@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 
 from ulna.plants import Heating
+from ulna.sim import last_entry, output_figures
 from ulna.studies.prosthesis.plant import Bench
 from ulna.studies.prosthesis.tasks import PERIOD, Task
 from ulna.studies.prosthesis.trial import ANGLE, CURRENT, LIMITED, VOLTAGE, Runs
@@ -42,10 +43,11 @@ UNITS: Mapping[str, str] = {
 """Unit of every measure, for tables and files."""
 
 
-def measures(bench: Bench, task: Task, runs: Runs) -> dict[str, np.ndarray]:
+def measure(bench: Bench, task: Task, runs: Runs) -> dict[str, np.ndarray]:
     """(D,) of every measure; infinite where a motion never rises or settles, NaN where it does not apply.
 
-    rise: 10 to 90 % of the way. settling: from the start of the motion, or the event, until the error stays within 1°.
+    rise: 10 to 90 % of the way. settling: from the start of the motion, or the event, until the error stays within 1°,
+    straight lines between the samples.
     overshoot: beyond the target, share of the way. steady_error: mean |error| of the last half second. energy: ∫ u i dt
     into the motor, what comes back counted. power: its mean. power_with_brake: the same with a brake that holds from
     half a second after settling on, the motor off. warming: of the winding at the end, two-node model from cold,
@@ -54,7 +56,8 @@ def measures(bench: Bench, task: Task, runs: Runs) -> dict[str, np.ndarray]:
     """
     error = runs[ANGLE] - task.reference[0]
     power = runs[VOLTAGE] * runs[CURRENT]
-    settled = _settling(task, error)
+    distance = np.abs(runs[ANGLE] - task.reference[0, -1] if task.reaches else error)
+    settled = np.maximum(0.0, last_entry(task.times, distance, SETTLED) - task.event)
     found = {
         **_way(task, runs[ANGLE]),
         "settling": settled,
@@ -84,18 +87,8 @@ def _way(task: Task, angle: np.ndarray) -> dict[str, np.ndarray]:
     done = np.where((progress >= 0.9).any(axis=1), (progress >= 0.9).argmax(axis=1), math.inf)
     with np.errstate(invalid="ignore"):
         rise = np.where(np.isfinite(done), (done - first) * PERIOD, math.inf)
-    return {"rise": rise, "overshoot": 100 * np.maximum(0.0, progress.max(axis=1) - 1)}
-
-
-def _settling(task: Task, error: np.ndarray) -> np.ndarray:
-    outside = (
-        ~(np.abs(error - 0.0) <= SETTLED)
-        if not task.reaches
-        else ~(np.abs(error + task.reference[0] - task.reference[0, -1]) <= SETTLED)
-    )
-    count = error.shape[1]
-    last = np.where(outside.any(axis=1), count - 1 - outside[:, ::-1].argmax(axis=1), -1)
-    return np.where(last == count - 1, math.inf, np.maximum(0.0, (last + 1) * PERIOD - task.event))
+    ends = angle[:, -1], angle.min(axis=1), angle.max(axis=1)
+    return {"rise": rise, "overshoot": 100 * output_figures(target, start, *ends, 0.0).overshoot}
 
 
 def _braked(task: Task, power: np.ndarray, settled: np.ndarray) -> np.ndarray:
