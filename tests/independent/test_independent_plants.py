@@ -10,11 +10,11 @@ import numba
 import numpy as np
 import pytest
 from independent_arm import Plant, mujoco_plant, mujoco_steps, pinocchio_plant
+from ulna.studies.prosthesis.lanes import LANES
 
 from ulna.plants import arm_with_drive, preset
 from ulna.sim import simulate
-from ulna.studies.prosthesis.field import contenders, tuned_numbers
-from ulna.studies.prosthesis.lanes import LANES
+from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
 from ulna.studies.prosthesis.plant import Bench, bench_of, draws_of
 from ulna.studies.prosthesis.tasks import Task, tasks_of
 from ulna.studies.prosthesis.trial import run_on, run_trial

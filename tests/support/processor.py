@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from ulna.loop import Hardware, Loop, Repeat, applied
@@ -36,11 +37,11 @@ class Processor:
     def __init__(self, loop: Loop, **slots: float) -> None:
         self.loop = loop
         fitted, step, flow = loop.fit({}), loop.step, loop.flow
-        self.numbers = dict(step.numbers)
+        self.numbers = {**step.numbers, **flow.numbers}
         self.slots: dict[str, float] = dict(slots)
         self.stages = [(each, to_python(each)) for each in step.stages]
         self.drive = applied(fitted)
-        self.motion = [(each, to_python(each)) for each in _flat(flow.motion)]
+        self.motion = [(each, to_python(each)) for each in _flat(flow.motion, flow.numbers)]
         self.outputs = flow.outputs
 
     def run(self, kernel: Any, evaluate: Any) -> None:
@@ -63,10 +64,14 @@ class Processor:
         return dict(self.slots)
 
 
-def _flat(program: Any) -> list[Any]:
+def _flat(program: Any, numbers: Mapping[str, float]) -> list[Any]:
     found: list[Any] = []
     for each in program:
-        found += _flat(each.body) * each.times if isinstance(each, Repeat) else [each]
+        if isinstance(each, Repeat):
+            times = int(numbers[each.times]) if isinstance(each.times, str) else each.times
+            found += _flat(each.body, numbers) * times
+        else:
+            found.append(each)
     return found
 
 

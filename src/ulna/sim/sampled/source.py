@@ -137,7 +137,8 @@ class _LoopWriter:
         w = self.w
         for each in program:
             if isinstance(each, Repeat):
-                with w.block(f"for _{w.depth} in range({each.times}):"):
+                times = f"int({w.at(each.times)})" if isinstance(each.times, str) else each.times
+                with w.block(f"for _{w.depth} in range({times}):"):
                     self._motion(each.body)
             else:
                 w.work(each, counted="trouble")
