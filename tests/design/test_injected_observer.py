@@ -8,7 +8,8 @@ import sympy as sp
 
 import ulna
 from ulna.design import Poles, exact_observer, injected_observer, observer_form
-from ulna.sim import ExactHold, RungeKutta4, Sampled, simulate
+from ulna.loop import ExactHold, Hardware, Loop, Parts, RungeKutta4, joined
+from ulna.sim import FixedSteps, simulate
 from ulna.symbolic.exact.zero import are_zero
 from ulna.system import LinearInjection, System
 
@@ -43,18 +44,15 @@ IDLE = ulna.system_from_mapping(
 def _error(estimator: System | LinearInjection, discretisation: ExactHold | RungeKutta4, period: float) -> float:
     """Largest error of the estimated speed against the observer in continuous time; the arm swings freely."""
     observer = exact_observer(FORM, POLES)
-    clock = Sampled(
-        controller=IDLE,
-        estimator=estimator,
-        period=period,
-        discretisation=discretisation,
-        initial={"theta_hat": 0.5},
-        plant_steps=4,
-    )
+    seen = estimator.system if isinstance(estimator, LinearInjection) else estimator
+    parts = Parts(system=joined(IDLE, seen, name="whole"), law=IDLE, observer=estimator)
+    chip = Hardware(period=period, discretisation=discretisation)
+    loop = Loop(plant=ARM, controller=parts, hardware=chip)
     start = [1.0, 0.0, 0.0]
-    run = simulate(ARM, start, 1.0, time=clock)
-    parts = {"arm": ARM, "observer": observer.system}
-    whole = ulna.connect(parts, {"observer.y": "arm.y"}, outputs=["arm.y"], name="both")
+    names = dict(zip((s.name for s in ARM.states), start, strict=True))
+    run = simulate(loop, {**names, "theta_hat": 0.5}, 1.0, engine=FixedSteps(number=4))
+    both = {"arm": ARM, "observer": observer.system}
+    whole = ulna.connect(both, {"observer.y": "arm.y"}, outputs=["arm.y"], name="both")
     fine = simulate(whole, [*start, 0.5, 0.0, 0.0], run.times)
     return float(np.abs(run["omega_hat"] - fine["omega_hat"]).max())
 

@@ -22,9 +22,10 @@ from ulna.design import (
     state_feedback,
 )
 from ulna.design.control.sampled_stability import _exponential
+from ulna.loop import Hardware, Loop
 from ulna.plants import arm_with_drive, preset
-from ulna.sim import Trajectory, metrics, simulate
-from ulna.sim.sampled import RungeKutta4, Sampled, Saturation
+from ulna.sim import FixedSteps, Trajectory, metrics, simulate
+from ulna.sim.sampled import RungeKutta4, Saturation
 from ulna.system import System, system_from_mapping
 
 REAL = ["bench_servo", "transhumeral_elbow", "human_scale"]
@@ -45,14 +46,9 @@ def reduced(plant: System) -> Law:
 def run(name: str, law: Law, seconds: float) -> Trajectory:
     """From 1 rad to the horizontal at 1 kHz with one sample of delay and the preset's voltage."""
     volts = float(preset(name).limits.voltage or 0)
-    loop = Sampled(
-        controller=law.system,
-        period=1e-3,
-        delay=1e-3,
-        plant_steps=12,
-        saturation=Saturation(lower=-volts, upper=volts),
-    )
-    return simulate(arm_with_drive(preset(name)), [1.0, 0.0, 0.0], np.linspace(0, seconds, 1001), time=loop)
+    chip = Hardware(period=1e-3, delay=1e-3, saturation=Saturation(lower=-volts, upper=volts))
+    loop = Loop(plant=arm_with_drive(preset(name)), controller=law, hardware=chip)
+    return simulate(loop, [1.0, 0.0, 0.0], np.linspace(0, seconds, 1001), engine=FixedSteps(number=12))
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
@@ -88,16 +84,10 @@ def test_a_sampled_run_of_law_and_observer_decays_at_the_rate_of_the_largest_mul
     )
     period = 0.05
     grid = sampled_grid(plant, whole, {}, period=period)
-    loop = Sampled(
-        controller=whole.law.system,
-        estimator=whole.observer.system,
-        period=period,
-        delay=period,
-        plant_steps=40,
-        discretisation=RungeKutta4(substeps=20),
-    )
+    chip = Hardware(period=period, delay=period, discretisation=RungeKutta4(substeps=20))
+    loop = Loop(plant=plant, controller=whole, hardware=chip)
     # A linear loop: the next samples follow from the past ones by the characteristic polynomial of the multipliers.
-    states = simulate(plant, [1.0, 0.5], np.arange(0, 3.01, period), time=loop)["x"]
+    states = simulate(loop, [1.0, 0.5], np.arange(0, 3.01, period), engine=FixedSteps(number=40))["x"]
     polynomial = np.poly(np.exp(grid.eigenvalues[0] * period)).real
     order = len(polynomial) - 1
     predicted = [-polynomial[1:] @ states[k - order : k][::-1] for k in range(order + 2, len(states))]

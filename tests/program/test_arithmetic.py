@@ -26,7 +26,6 @@ from ulna.program import (
     to_python,
 )
 from ulna.program.lowering.fused import flipped, flipped_scalar, fused, fused_scalar
-from ulna.sim.sampled.writing import Writer
 
 WRITTEN_SINCE = (
     *(Operation.EXP, Operation.LOG, Operation.POW, Operation.TAN, Operation.ASIN, Operation.ACOS, Operation.ATAN),
@@ -37,21 +36,6 @@ STEPS = {
     *(Operation.LESS, Operation.LESS_EQUAL, Operation.EQUAL, Operation.AND, Operation.OR, Operation.NOT),
     *(Operation.SELECT, Operation.MIN, Operation.MAX, Operation.ABS, Operation.SIGN),
 }
-
-
-def old_lines_of(kernel: Kernel, first: int) -> list[str]:
-    w = Writer()
-    names = {name: w.new(f"x[{k}, l]") for k, name in enumerate(kernel.inputs)}
-    for k, text in enumerate(w.kernel(kernel, names)):
-        w.line(f"out[{first + k}, l] = {text}")
-    return w.lines
-
-
-def test_fused_arithmetic_rounds_as_the_loops_of_the_simulator_did() -> None:
-    # What the loops left to the library is written out since.
-    kernels = [random_kernel(k, exclude=WRITTEN_SINCE) for k in range(8)]
-    x = points(3, 10_000, 0)
-    assert same_bits(by_numba(kernels, x, old_lines_of), by_numba([in_arithmetic(k, Fused()) for k in kernels], x))
 
 
 def test_python_numpy_and_numba_agree_on_fused_kernels() -> None:

@@ -58,8 +58,8 @@ def _runs(angle: np.ndarray, current: float = 0.0, voltage: float = 0.0) -> Runs
 def test_the_comparison_replays_bit_for_bit_on_one_thread_and_on_two(elbow: Bench, found: Comparison) -> None:
     again = compare(elbow, count=6, workers=1)
     for key, entry in found.entries.items():
-        for measure in UNITS:
-            assert np.array_equal(entry.measured[measure], again.entries[key].measured[measure], equal_nan=True)
+        for name in UNITS:
+            assert np.array_equal(entry.measured[name], again.entries[key].measured[name], equal_nan=True)
         assert np.array_equal(entry.nominal[ANGLE], again.entries[key].nominal[ANGLE])
 
 

@@ -107,7 +107,7 @@ class Loop:
             )
         return given
 
-    @cached_property
+    @property
     def system(self) -> System:
         """The continuous loop without limits: states those of the plant, then of the controller.
 
@@ -123,8 +123,9 @@ class Loop:
                 "its controller runs once a period.",
                 "Leave out the hardware, Loop(plant=..., controller=...).system, or read loop.step and loop.flow.",
             )
-        return self.plant if self.controller is None else self._closed()
+        return self.plant if self.controller is None else self._closed
 
+    @cached_property
     def _closed(self) -> System:
         parts = parts_of(self.controller)
         return closed(self.plant, parts.system, states_first=parts.states_first)

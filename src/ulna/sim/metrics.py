@@ -92,7 +92,7 @@ def output_metrics(times: np.ndarray, values: np.ndarray, target: float) -> Outp
     settled, rise = 0.0, math.nan
     if way != 0.0:
         progress = (values - first) / way
-        settled = last_entry(times, np.abs(progress - 1.0), BAND)
+        settled = float(last_entry(times, np.abs(progress - 1.0), BAND))
         begun, done = _first_reach(times, progress, 0.1), _first_reach(times, progress, 0.9)
         rise = done - begun if math.isfinite(done) else math.inf
     found = output_figures(

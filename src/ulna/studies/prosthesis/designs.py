@@ -175,8 +175,8 @@ def _scales() -> tuple[Tuned, ...]:
 
 
 def _compensator(law: Law, observer: Observer) -> Compensator:
-    law, observer = (replace(each, system=_without_idle_parameters(each.system)) for each in (law, observer))
-    return compensator(law, observer)
+    law = replace(law, system=_without_idle_parameters(law.system))
+    return compensator(law, replace(observer, system=_without_idle_parameters(observer.system)))
 
 
 def _without_idle_parameters(system: System) -> System:
