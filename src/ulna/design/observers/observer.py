@@ -10,7 +10,7 @@ import sympy as sp
 from ulna.base.errors import DesignError
 from ulna.base.verdict import Verdict
 from ulna.design.gains import Gains, gain_rule, roots_of
-from ulna.design.observers.observer_coordinates import ObserverForm
+from ulna.design.observers.linear_error_form import ObserverForm
 from ulna.design.observers.output_functions import output_symbols
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy
