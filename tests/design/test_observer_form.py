@@ -12,7 +12,7 @@ from ulna.base import NoFormError
 from ulna.design.observers.bracket_conditions import observer_conditions
 from ulna.design.observers.linear_error_form import ObserverForm, check_observer_form
 from ulna.design.observers.observer_coordinates import find_observer_form, observer_form
-from ulna.design.observers.observer_refutation import refutation_at_a_point
+from ulna.design.observers.refutation_at_points import refutation_at_a_point
 from ulna.design.observers.transformed_output import output_transformation, transformed_observer_form
 from ulna.geometry.observability import observability
 from ulna.symbolic.exact.zero import are_zero

@@ -21,7 +21,6 @@ from itertools import product
 import sympy as sp
 
 from ulna.base.verdict import Verdict
-from ulna.design.observers.connection_at_points import refuted_by_two_points
 from ulna.design.observers.linear_error_form import ObserverForm
 from ulna.design.observers.observer_blocks import BlockFrame, block_frame
 from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs
@@ -33,6 +32,7 @@ from ulna.design.observers.output_functions import (
     output_section,
     output_symbols,
 )
+from ulna.design.observers.refutation_at_points import refuted_by_two_points
 from ulna.geometry.observability import observability
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, is_zero
@@ -73,7 +73,9 @@ def output_functions(system: System) -> OutputFunctions:
     section = output_section(control_affine(system))
     seen = observability(system)
     if max(seen.indices) > 2 or sum(e.count_ops() for e in seen.matrix) > _LARGE:
-        quick = refuted_by_two_points(seen, _places(seen.indices))
+        sizes = seen.indices
+        fastest = [(r, (j, sizes[j] - 1), (m, 1)) for r, j, m in _places(sizes)]
+        quick = refuted_by_two_points(seen, fastest)
         if quick.fails:
             raise NotOfOutputsError(quick)
     frame = block_frame(section, seen)
