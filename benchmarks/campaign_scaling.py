@@ -25,12 +25,12 @@ from typing import Any
 
 import numpy as np
 from distributed import Client, LocalCluster
+from ulna.campaign.encoding import to_text
 from ulna.campaign.part import experiment_of
+from ulna.campaign.replay import path
 
 import ulna
 from ulna.campaign import CampaignResult, Cluster, Crew, Experiment, Local, Measures, Random, Uniform, campaign
-from ulna.campaign.encoding import to_text
-from ulna.campaign.replay import path
 from ulna.campaign.runs import run_part
 
 HORIZON = 5.0

@@ -60,6 +60,10 @@ class Verdict:
         """A claim nothing can be said of; give what was tried as evidence."""
         return cls(claim=claim, status=Status.UNDECIDED, evidence=evidence)
 
+    def restated(self, claim: str, /, **evidence: Any) -> Verdict:
+        """The same answer to another claim, which rests on this one: its evidence, and what is given besides."""
+        return Verdict(claim=claim, status=self.status, evidence={"because": self.claim, **self.evidence, **evidence})
+
     @property
     def holds(self) -> bool:
         """True if proved or supported."""

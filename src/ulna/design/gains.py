@@ -156,6 +156,19 @@ def _dealt(values: Sequence[_T], orders: Sequence[int], what: str, shown: str) -
     return [values[end - order : end] for end, order in zip(ends, orders, strict=True)]
 
 
+def gain_matrix(indices: Sequence[int], polynomials: Sequence[Sequence[sp.Expr]]) -> sp.ImmutableDenseMatrix:
+    """(n, p) the coefficients of each chain of r coordinates in r rows of a column of its own, a₀ first.
+
+    It is L for which A − L C of an observer form has these characteristic polynomials, and Kᵀ of a law's chains.
+    """
+    matrix = sp.zeros(sum(indices), len(indices))
+    start = 0
+    for i, (size, polynomial) in enumerate(zip(indices, polynomials, strict=True)):
+        matrix[start : start + size, i] = sp.Matrix(size, 1, list(polynomial))
+        start += size
+    return sp.ImmutableDenseMatrix(matrix)
+
+
 def roots_of(polynomials: Sequence[Sequence[sp.Expr]]) -> tuple[complex, ...]:
     """The poles, in 1/s, of monic polynomials given by their coefficients a₀ … a_{r−1} (parameters need values)."""
     poles: list[complex] = []

@@ -2,9 +2,3 @@
 
 from ulna.design.analysis.analysis import Analysis, analyse
 from ulna.design.analysis.answer import Answer
-
-__all__ = [
-    "Analysis",
-    "Answer",
-    "analyse",
-]

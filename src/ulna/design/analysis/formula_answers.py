@@ -161,10 +161,10 @@ def _output_transformation(system: System) -> dict[str, Answer]:
         return {key: not_applicable(key, _NO_OUTPUT) for key in ("observer_form_output_transform", "output_transform")}
     found = output_transformation(system)
     psi = None
-    if found.functions is not None:
-        at = dict(zip(found.symbols, system.inline(system.readouts), strict=True))
+    if found.form is not None:
+        at = dict(zip(found.form.y, system.inline(system.readouts), strict=True))
         here = equilibrium_in_numbers(system).where
-        psi = [on_branch(function.xreplace(at), here) for function in found.functions]
+        psi = [on_branch(function.xreplace(at), here) for function in found.form.measured]
     answers = {
         "observer_form_output_transform": decided(found.verdict),
         "output_transform": Answer(verdict=found.verdict, value=psi[0] if psi and len(psi) == 1 else psi),

@@ -9,29 +9,3 @@ from ulna.design.control.output_feedback import Compensator, close_loop, compens
 from ulna.design.control.reference import AbstractReference, Regulate, SetPoint, Track
 from ulna.design.control.sampled_stability import sampled_grid, sampling_advice
 from ulna.design.control.singular_perturbation import SETTLED, ReducedOrder, reduced_order
-
-__all__ = [
-    "SETTLED",
-    "AbstractReference",
-    "Compensator",
-    "InnerLoop",
-    "Law",
-    "LoadRobust",
-    "LoopGrid",
-    "PermanentOffset",
-    "ReducedOrder",
-    "Regulate",
-    "SetPoint",
-    "Track",
-    "close_cascade",
-    "close_loop",
-    "compensator",
-    "inner_loop",
-    "load_robust_compensator",
-    "loop_grid",
-    "permanent_offset",
-    "reduced_order",
-    "sampled_grid",
-    "sampling_advice",
-    "state_feedback",
-]

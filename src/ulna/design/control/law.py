@@ -10,7 +10,7 @@ import sympy as sp
 from ulna.base.errors import DesignError, UlnaWarning
 from ulna.design.control.reference import AbstractReference, ReferenceChain, Regulate
 from ulna.design.forms import LinearisingForm, NormalForm, controller_form
-from ulna.design.gains import Gains, gain_rule, roots_of
+from ulna.design.gains import Gains, gain_matrix, gain_rule, roots_of
 from ulna.plants import PlantLike
 from ulna.symbolic.exact.simplify import shortened
 from ulna.symbolic.exact.zero import SampledZero, is_zero
@@ -101,7 +101,7 @@ def state_feedback(
     expressions = sp.ImmutableDenseMatrix((form.beta.inv() * (v - form.alpha)).applyfunc(shortened))
     return Law(
         form=form,
-        gains=_gain_matrix(form.indices, [p[extra:] for p in polynomials]),
+        gains=gain_matrix(form.indices, [p[extra:] for p in polynomials]).T,
         polynomials=polynomials,
         integral_gains=tuple(p[0] for p in polynomials) if integral else (),
         expressions=expressions,
@@ -146,13 +146,3 @@ def _new_input(
     """v = z_ref⁽ʳ⁾ − Σ a_j (z_j − z_ref,j), the integral of the first error in front where there is one."""
     terms = ([memories[k].symbol] if memories else []) + error
     return chain.values[-1] - sum((a * e for a, e in zip(polynomial, terms, strict=True)), sp.Integer(0))
-
-
-def _gain_matrix(indices: tuple[int, ...], polynomials: list[tuple[sp.Expr, ...]]) -> sp.ImmutableDenseMatrix:
-    gains = sp.zeros(len(indices), sum(indices))
-    start = 0
-    for k, (order, polynomial) in enumerate(zip(indices, polynomials, strict=True)):
-        for j in range(order):
-            gains[k, start + j] = polynomial[j]
-        start += order
-    return sp.ImmutableDenseMatrix(gains)

@@ -21,7 +21,7 @@ from ulna.system import System, equilibrium
 
 SETTLED = 3.0
 """Time constants after which a fast state counts as settled: e⁻³ = 5 % are left."""
-SEPARATION = 10.0
+_SEPARATION = 10.0
 """Least ratio of fast to slow eigenvalues where no sampling period says what fast means."""
 
 
@@ -131,7 +131,7 @@ def _condition(
 ) -> tuple[tuple[float, ...], Verdict]:
     names = ", ".join(s.name for s in fast)
     claim = f"{names} of '{system.name}' settle{'s' * (len(fast) == 1)} " + (
-        f"within a sample of {period:g} s" if period is not None else f"{SEPARATION:g} times faster than the rest"
+        f"within a sample of {period:g} s" if period is not None else f"{_SEPARATION:g} times faster than the rest"
     )
     missing = [p.name for p in system.parameters if p.si_value is None]
     if missing:
@@ -150,5 +150,5 @@ def _condition(
     jacobian = sp.Matrix(numeric.inline(numeric.rates)).jacobian(list(numeric.state_symbols)).subs(point)
     slowest = max(abs(np.linalg.eigvals(np.array(jacobian.evalf(), dtype=float))))
     ratio = min(-e.real for e in eigenvalues) / slowest if slowest else math.inf
-    evidence |= {"separation": float(ratio), "needed": SEPARATION}
-    return taus, (Verdict.proved if ratio >= SEPARATION else Verdict.refuted)(claim, **evidence)
+    evidence |= {"separation": float(ratio), "needed": _SEPARATION}
+    return taus, (Verdict.proved if ratio >= _SEPARATION else Verdict.refuted)(claim, **evidence)

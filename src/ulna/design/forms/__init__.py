@@ -10,23 +10,3 @@ from ulna.design.forms.linearisability_conditions import Linearisability, linear
 from ulna.design.forms.linearising_form import LinearisingForm
 from ulna.design.forms.normal_coordinates import NormalForm, normal_form
 from ulna.design.forms.output_search import LinearisingOutputs, last_row, linearising_outputs
-
-__all__ = [
-    "DynamicExtension",
-    "Linearisability",
-    "LinearisingForm",
-    "LinearisingOutputs",
-    "NormalForm",
-    "StateLinearisation",
-    "compiled_law",
-    "controller_form",
-    "dynamic_extension",
-    "flat_output",
-    "input_output_form",
-    "last_row",
-    "linearisability",
-    "linearising_outputs",
-    "normal_form",
-    "relative_degrees",
-    "state_linearisation",
-]

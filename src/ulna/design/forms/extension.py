@@ -44,15 +44,15 @@ class DynamicExtension:
 
     plant: System
     outputs: tuple[sp.Expr, ...]
-    system: System | None
-    added: tuple[sp.Symbol, ...]
-    feedback: tuple[sp.Expr, ...]
-    indices: tuple[int, ...]
-    decoupling: sp.ImmutableDenseMatrix | None
-    singular: sp.Expr | None
+    verdict: Verdict
     at_point: Verdict
     complete: Verdict
-    verdict: Verdict
+    system: System | None = None
+    added: tuple[sp.Symbol, ...] = ()
+    feedback: tuple[sp.Expr, ...] = ()
+    indices: tuple[int, ...] = ()
+    decoupling: sp.ImmutableDenseMatrix | None = None
+    singular: sp.Expr | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -335,16 +335,4 @@ def _found(plant: System, outputs: tuple[sp.Expr, ...], stage: _Stage, degree: R
 
 def _none(plant: System, outputs: tuple[sp.Expr, ...], verdict: Verdict) -> DynamicExtension:
     open_ = Verdict.undecided("the extended plant is known", because=verdict.claim)
-    return DynamicExtension(
-        plant=plant,
-        outputs=outputs,
-        system=None,
-        added=(),
-        feedback=(),
-        indices=(),
-        decoupling=None,
-        singular=None,
-        at_point=open_,
-        complete=open_,
-        verdict=verdict,
-    )
+    return DynamicExtension(plant=plant, outputs=outputs, verdict=verdict, at_point=open_, complete=open_)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import sympy as sp
 
@@ -53,12 +54,10 @@ def flat_output(system: PlantLike, outputs: Sequence[sp.Expr], *, seconds: float
         return Verdict.refuted(claim, reason=reason, relative_degrees=degree.per_output)
     extension = dynamic_extension(system, outputs=outputs, seconds=seconds)
     evidence = {"relative_degrees": extension.indices, "states_added": tuple(str(s) for s in extension.added)}
-    if extension.verdict.fails:
-        return Verdict.refuted(claim, because=extension.verdict.claim, **extension.verdict.evidence)
     if extension.system is None:
-        return Verdict.undecided(claim, because=extension.verdict.claim, **extension.verdict.evidence)
+        return extension.verdict.restated(claim)
     evidence |= {"singular": extension.singular, "feedback": extension.feedback}
     if extension.complete.fails:
         hidden = len(extension.system.states) - sum(extension.indices)
         return Verdict.refuted(claim, reason=f"{hidden} states are not determined by the outputs", **evidence)
-    return Verdict(claim=claim, status=extension.complete.status, evidence=evidence)
+    return replace(extension.complete, claim=claim, evidence=evidence)

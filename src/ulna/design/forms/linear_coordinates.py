@@ -72,9 +72,7 @@ def _verdict(system: System, found: Accessibility) -> Verdict:
     if _is_linear(found):
         return Verdict.proved(claim, reason="it is linear as it stands")
     if not found.controllable.holds:
-        controllable = found.controllable
-        evidence = {**controllable.evidence, "because": controllable.claim}
-        return Verdict(claim=claim, status=controllable.status, evidence=evidence)
+        return found.controllable.restated(claim)
     parts = [found.controllable]
     for name, first, second in _pairs(found):
         part = _commute(first, second, found.view.x)

@@ -72,9 +72,7 @@ def _linearising_outputs(system: System) -> LinearisingOutputs:
     conditions = linearisability(system)
     claim = f"'{system.name}' has linearising outputs"
     if not conditions.verdict.holds:
-        judged = conditions.verdict
-        verdict = Verdict(claim=claim, status=judged.status, evidence={**judged.evidence, "because": judged.claim})
-        return _none(conditions, verdict)
+        return _none(conditions, conditions.verdict.restated(claim))
     if conditions.accessibility.ranks[0].value < len(conditions.accessibility.view.u):
         reason = "the input fields are dependent: some inputs are redundant"
         return _none(conditions, Verdict.refuted(claim, reason=reason, rank=conditions.accessibility.ranks[0].value))
@@ -142,9 +140,7 @@ def last_row(found: LinearisingOutputs) -> LastRow | None:
         return None
     claim = "the last row q is closed"
     if found.linearisability.involutive.fails:
-        involution = found.linearisability.involutive
-        verdict = Verdict.refuted(claim, **{**involution.evidence, "because": involution.claim})
-        return LastRow(row=None, closed=verdict, factor=None)
+        return LastRow(row=None, closed=found.linearisability.involutive.restated(claim), factor=None)
     factor = None
     if found.functions is not None and found.relative_degree is not None:
         factor = found.relative_degree.decoupling[0, 0]

@@ -2,9 +2,3 @@
 
 from ulna.design.internal.output_zeroing import ZeroDynamics, zero_dynamics
 from ulna.design.internal.phase import minimum_phase
-
-__all__ = [
-    "ZeroDynamics",
-    "minimum_phase",
-    "zero_dynamics",
-]

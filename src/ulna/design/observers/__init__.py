@@ -3,25 +3,7 @@
 from ulna.design.observers.disturbance import extended_state_observer, with_disturbance
 from ulna.design.observers.extended_kalman import KalmanNoise, extended_kalman_filter
 from ulna.design.observers.high_gain import HighGain, high_gain_observer
+from ulna.design.observers.linear_error_form import ObserverForm
 from ulna.design.observers.observer import Observer, error_matrix, exact_observer, gains_in_form, injected_observer
-from ulna.design.observers.observer_coordinates import ObserverForm, find_observer_form, observer_form
+from ulna.design.observers.observer_coordinates import find_observer_form, observer_form
 from ulna.design.observers.transformed_output import output_transformation, transformed_observer_form
-
-__all__ = [
-    "HighGain",
-    "KalmanNoise",
-    "Observer",
-    "ObserverForm",
-    "error_matrix",
-    "exact_observer",
-    "extended_kalman_filter",
-    "extended_state_observer",
-    "find_observer_form",
-    "gains_in_form",
-    "high_gain_observer",
-    "injected_observer",
-    "observer_form",
-    "output_transformation",
-    "transformed_observer_form",
-    "with_disturbance",
-]

@@ -9,7 +9,7 @@ from itertools import combinations
 import sympy as sp
 
 from ulna.base.verdict import Status, Verdict, all_of
-from ulna.design.observers.observer_refutation import refutation_at_a_point
+from ulna.design.observers.refutation_at_points import refutation_at_a_point
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.observability import Observability, observability
 from ulna.symbolic.exact.budget import attempt

@@ -13,13 +13,12 @@ import sympy as sp
 
 from ulna.base.errors import DesignError, NoFormError
 from ulna.base.verdict import Verdict, all_of
-from ulna.design.gains import Gains, gain_rule
+from ulna.design.gains import Gains, gain_matrix, gain_rule
 from ulna.design.observers.observer import (
     Observer,
     controlled_rates,
     estimate_symbols,
     estimator_system,
-    gain_matrix,
 )
 from ulna.design.observers.output_functions import output_symbols
 from ulna.geometry.lie import lie_derivative

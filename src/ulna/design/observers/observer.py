@@ -9,8 +9,8 @@ import sympy as sp
 
 from ulna.base.errors import DesignError
 from ulna.base.verdict import Verdict
-from ulna.design.gains import Gains, gain_rule, roots_of
-from ulna.design.observers.observer_coordinates import ObserverForm
+from ulna.design.gains import Gains, gain_matrix, gain_rule, roots_of
+from ulna.design.observers.linear_error_form import ObserverForm
 from ulna.design.observers.output_functions import output_symbols
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import tidy
@@ -147,16 +147,6 @@ def injected_observer(form: ObserverForm, gains: Gains) -> Observer:
             start=tuple(form.map.forward.xreplace(onto)),
         ),
     )
-
-
-def gain_matrix(indices: Sequence[int], polynomials: Sequence[Sequence[sp.Expr]]) -> sp.ImmutableDenseMatrix:
-    """(n, p) L for which A − L C of an observer form has these characteristic polynomials, a₀ first, block by block."""
-    L = sp.zeros(sum(indices), len(indices))
-    start = 0
-    for i, (size, polynomial) in enumerate(zip(indices, polynomials, strict=True)):
-        L[start : start + size, i] = sp.Matrix(size, 1, list(polynomial))
-        start += size
-    return sp.ImmutableDenseMatrix(L)
 
 
 def gains_in_form(observer: Observer) -> sp.ImmutableDenseMatrix:

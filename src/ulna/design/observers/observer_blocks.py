@@ -13,15 +13,14 @@ Sources: Krener and Respondek, SIAM J. Contr. Opt. 23 (1985); Xia and Gao, SIAM 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from ulna.base.verdict import Verdict
 from ulna.design.observers.observer_chain import (
-    ChainSearch,
     NotOfOutputsError,
-    failed_search,
+    ObserverChain,
     input_coefficients,
     of_outputs,
     without_constant,
@@ -63,21 +62,24 @@ class BlockFrame:
         return lie_derivative(function, self.fields[output, level], self.section.view.x)
 
 
-def search_blocks(section: OutputSection, seen: Observability, claim: str) -> ChainSearch:
+def search_blocks(section: OutputSection, seen: Observability) -> ObserverChain:
     """Chains for all outputs of an observable plant with p ≥ 2 outputs, by its observability indices.
 
     Args:
         section: the plant with its output symbols.
         seen: its observability.
-        claim: what the verdict is on.
+
+    Raises:
+        NotOfOutputsError: refuted with the function that is not one of y, undecided with what was tried.
     """
+    coordinates_claim = "the outputs and their derivatives serve as coordinates"
     if 0 in seen.indices:
         redundant = section.view.system.outputs[seen.indices.index(0)].name
         tried = f"output '{redundant}' is a function of the others: leave it out"
-        return failed_search(section, Verdict.undecided(claim, tried=tried))
+        raise NotOfOutputsError(Verdict.undecided(coordinates_claim, tried=tried))
     frame = block_frame(section, seen)
     if frame is None:
-        return failed_search(section, Verdict.undecided(claim, tried="inverting the observability matrix"))
+        raise NotOfOutputsError(Verdict.undecided(coordinates_claim, tried="inverting the observability matrix"))
     coordinates: list[sp.Expr] = []
     injections: list[sp.Expr] = []
     measured: list[sp.Expr] = []
@@ -91,17 +93,16 @@ def search_blocks(section: OutputSection, seen: Observability, claim: str) -> Ch
         inputs = input_coefficients(section, coordinates)
     except NotOfOutputsError as failure:
         why = failure.verdict
-        verdict = Verdict(claim=claim, status=why.status, evidence={**why.evidence, "because": why.claim})
         if why.fails and _ambiguous(seen.indices):
-            verdict = Verdict.undecided(claim, tried=f"one choice of free functions: {why.claim} fails")
-        return failed_search(section, verdict)
-    return ChainSearch(
+            tried = f"one choice of free functions: {why.claim} fails"
+            raise NotOfOutputsError(Verdict.undecided(why.claim, tried=tried)) from None
+        raise
+    return ObserverChain(
         coordinates=tuple(coordinates),
         indices=seen.indices,
         measured=tuple(measured),
         drift_injection=sp.ImmutableDenseMatrix(len(injections), 1, injections),
         input_injection=inputs,
-        verdict=Verdict.supported(claim, reason="found; to be checked by substitution"),
     )
 
 
@@ -143,7 +144,7 @@ def _last_coordinate(frame: BlockFrame, i: int) -> sp.Expr:
     found = integrate(one_form(components, section.y), seconds=2.0)
     if found.value is None:
         claim = f"the outputs combine to a last coordinate for block {i + 1}"
-        raise NotOfOutputsError(Verdict(claim=claim, status=found.verdict.status, evidence=found.verdict.evidence))
+        raise NotOfOutputsError(replace(found.verdict, claim=claim))
     return found.value
 
 
@@ -215,7 +216,5 @@ def _potential(section: OutputSection, slopes: dict[int, sp.Expr], what: str) ->
     for j, slope in slopes.items():
         check = is_zero(total.diff(section.y[j]) - slope, test=SampledZero(seconds=0.2))
         if not check.holds:
-            raise NotOfOutputsError(
-                Verdict(claim=f"the slopes {what} are a gradient", status=check.status, evidence=check.evidence)
-            )
+            raise NotOfOutputsError(replace(check, claim=f"the slopes {what} are a gradient"))
     return total

@@ -7,7 +7,7 @@ the only integrals are over the single variable y, and no one-form has to be int
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
@@ -21,24 +21,21 @@ _SECONDS = 0.4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChainSearch:
-    """Coordinates and injections of an observer form, or what stands in the way.
+class ObserverChain:
+    """Coordinates and injections of an observer form as they were found, not yet checked by substitution.
 
     Attributes:
-        coordinates: (n,) z in x, block after block; None where the search failed.
+        coordinates: (n,) z in x, block after block.
         indices: sizes of the blocks.
         measured: (p,) the last coordinates in the output symbols.
         drift_injection: (n, 1) a(y); input_injection: (n, m) c(y).
-        verdict: refuted with the function that is not one of y, undecided with what was tried; the check by
-            substitution is not done here.
     """
 
-    coordinates: tuple[sp.Expr, ...] | None
+    coordinates: tuple[sp.Expr, ...]
     indices: tuple[int, ...]
     measured: tuple[sp.Expr, ...]
     drift_injection: sp.ImmutableDenseMatrix
     input_injection: sp.ImmutableDenseMatrix
-    verdict: Verdict
 
 
 class NotOfOutputsError(Exception):
@@ -49,14 +46,16 @@ class NotOfOutputsError(Exception):
         super().__init__(str(verdict))
 
 
-def search_chain(section: OutputSection, fields: Sequence[sp.MatrixBase], psi: sp.Expr, claim: str) -> ChainSearch:
+def search_chain(section: OutputSection, fields: Sequence[sp.MatrixBase], psi: sp.Expr) -> ObserverChain:
     """The chain of a single output ỹ = ψ(y).
 
     Args:
         section: the plant with its output symbol.
         fields: τ with dψ(ad_f^{n−1} τ) = 1 and dL_f^k ψ(τ) = 0 for k < n − 1, ad_f τ, … as far as known.
         psi: ψ in the output symbol; the symbol itself for the plain form.
-        claim: what the verdict is on.
+
+    Raises:
+        NotOfOutputsError: refuted with the function that is not one of y, undecided with what was tried.
     """
     view, y = section.view, section.y[0]
     n = len(view.x)
@@ -67,30 +66,24 @@ def search_chain(section: OutputSection, fields: Sequence[sp.MatrixBase], psi: s
     top = lie_bracket(view.f, chain[n - 1], view.x)
     z = [section.at_states(psi)]
     injections: list[sp.Expr] = []
-    try:
-        for k in range(n, 0, -1):
-            rate = lie_derivative(z[0], view.f, view.x)
-            if k == 1:
-                injections.insert(0, of_outputs(section, rate, f"a_{k}(y)"))
-                break
-            steepness = of_outputs(section, lie_derivative(z[0], top, view.x) * weight, f"a_{k}'(y)")
-            injection = integral_over_output(section, steepness)
-            if injection is None:
-                tried = f"∫ {steepness} d{y}"
-                raise NotOfOutputsError(Verdict.undecided(f"a_{k}(y) in closed form", tried=tried))
-            below, constant = without_constant(tidy(rate - section.at_states(injection), seconds=_SECONDS), view.x)
-            injections.insert(0, injection + constant)
-            z.insert(0, below)
-        inputs = input_coefficients(section, z)
-    except NotOfOutputsError as failure:
-        return _failed(section, claim, failure.verdict)
-    return ChainSearch(
+    for k in range(n, 0, -1):
+        rate = lie_derivative(z[0], view.f, view.x)
+        if k == 1:
+            injections.insert(0, of_outputs(section, rate, f"a_{k}(y)"))
+            break
+        steepness = of_outputs(section, lie_derivative(z[0], top, view.x) * weight, f"a_{k}'(y)")
+        injection = integral_over_output(section, steepness)
+        if injection is None:
+            raise NotOfOutputsError(Verdict.undecided(f"a_{k}(y) in closed form", tried=f"∫ {steepness} d{y}"))
+        below, constant = without_constant(tidy(rate - section.at_states(injection), seconds=_SECONDS), view.x)
+        injections.insert(0, injection + constant)
+        z.insert(0, below)
+    return ObserverChain(
         coordinates=tuple(z),
         indices=(n,),
         measured=(psi,),
         drift_injection=sp.ImmutableDenseMatrix(n, 1, injections),
-        input_injection=inputs,
-        verdict=Verdict.supported(claim, reason="found; to be checked by substitution"),
+        input_injection=input_coefficients(section, z),
     )
 
 
@@ -102,9 +95,7 @@ def of_outputs(section: OutputSection, function: sp.Expr, what: str) -> sp.Expr:
     """
     verdict = section.depends_on_outputs_only(function)
     if not verdict.holds:
-        raise NotOfOutputsError(
-            Verdict(claim=f"{what} is a function of the outputs", status=verdict.status, evidence=verdict.evidence)
-        )
+        raise NotOfOutputsError(replace(verdict, claim=f"{what} is a function of the outputs"))
     found = section.in_outputs(function)
     if found is None:
         raise NotOfOutputsError(
@@ -136,21 +127,3 @@ def without_constant(expression: sp.Expr, states: tuple[sp.Symbol, ...]) -> tupl
     if constant == 0:
         return expression, constant
     return tidy(expression - constant, seconds=_SECONDS), constant
-
-
-def _failed(section: OutputSection, claim: str, why: Verdict) -> ChainSearch:
-    verdict = Verdict(claim=claim, status=why.status, evidence={**why.evidence, "because": why.claim})
-    return failed_search(section, verdict)
-
-
-def failed_search(section: OutputSection, verdict: Verdict) -> ChainSearch:
-    """A search that came to nothing."""
-    empty = sp.ImmutableDenseMatrix(0, 1, [])
-    return ChainSearch(
-        coordinates=None,
-        indices=(),
-        measured=section.y,
-        drift_injection=empty,
-        input_injection=empty,
-        verdict=verdict,
-    )

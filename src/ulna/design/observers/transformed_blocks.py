@@ -15,16 +15,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 
 import sympy as sp
 
 from ulna.base.verdict import Verdict
-from ulna.design.observers.connection_at_points import refuted_by_two_points
+from ulna.design.observers.linear_error_form import ObserverForm
 from ulna.design.observers.observer_blocks import BlockFrame, block_frame
 from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs
-from ulna.design.observers.observer_coordinates import ObserverForm
-from ulna.design.observers.output_functions import OutputSection, exponential, integral_over_output, output_section
+from ulna.design.observers.observer_coordinates import in_other_outputs
+from ulna.design.observers.output_functions import (
+    OutputSection,
+    exponential,
+    integral_over_output,
+    output_section,
+    output_symbols,
+)
+from ulna.design.observers.refutation_at_points import refuted_by_two_points
 from ulna.geometry.observability import observability
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.exact.zero import SampledZero, is_zero
@@ -65,7 +73,9 @@ def output_functions(system: System) -> OutputFunctions:
     section = output_section(control_affine(system))
     seen = observability(system)
     if max(seen.indices) > 2 or sum(e.count_ops() for e in seen.matrix) > _LARGE:
-        quick = refuted_by_two_points(seen, _places(seen.indices))
+        sizes = seen.indices
+        fastest = [(r, (j, sizes[j] - 1), (m, 1)) for r, j, m in _places(sizes)]
+        quick = refuted_by_two_points(seen, fastest)
         if quick.fails:
             raise NotOfOutputsError(quick)
     frame = block_frame(section, seen)
@@ -123,7 +133,7 @@ def _connection(frame: BlockFrame) -> Connection:
         if not judged.holds:
             claim = f"the coefficient of y{j + 1}^({sizes[r] - 1}) y{m + 1}' in y{r + 1}^({sizes[r]}) is one of y"
             evidence = {**judged.evidence, "any_psi": True} if judged.fails else judged.evidence
-            raise NotOfOutputsError(Verdict(claim=claim, status=judged.status, evidence=evidence))
+            raise NotOfOutputsError(replace(judged, claim=claim, evidence=evidence))
         found[r, j, m] = entry
         if sizes[r] == 2:
             found[r, m, j] = entry
@@ -195,18 +205,11 @@ def with_outputs_replaced(system: System, found: OutputFunctions) -> System:
 def in_measured_outputs(system: System, form: ObserverForm, found: OutputFunctions) -> ObserverForm:
     """The form of the plant with replaced outputs as one of the plant itself: ỹ written in y."""
     view = control_affine(system)
-    own: Sequence[sp.Symbol] = output_section(view).y
-    rename = dict(zip(found.symbols, own, strict=True))
-    onto = dict(zip(form.y, (psi.xreplace(rename) for psi in found.functions), strict=True))
-
-    def moved(matrix: sp.ImmutableDenseMatrix) -> sp.ImmutableDenseMatrix:
-        return sp.ImmutableDenseMatrix(matrix.xreplace(onto).applyfunc(lambda e: tidy(e, seconds=0.2)))
-
+    rename = dict(zip(found.symbols, output_symbols(view), strict=True))
+    written = in_other_outputs(form, view, [psi.xreplace(rename) for psi in found.functions])
+    short = partial(tidy, seconds=0.2)
     return replace(
-        form,
-        view=view,
-        y=tuple(own),
-        measured=tuple(e.xreplace(onto) for e in form.measured),
-        drift_injection=moved(form.drift_injection),
-        input_injection=moved(form.input_injection),
+        written,
+        drift_injection=written.drift_injection.applyfunc(short),
+        input_injection=written.input_injection.applyfunc(short),
     )

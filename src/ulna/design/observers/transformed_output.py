@@ -13,7 +13,7 @@ Control 46 (1987); the general theory in Krener and Respondek, SIAM J. Contr. Op
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import lru_cache
 
 import sympy as sp
@@ -25,17 +25,16 @@ from ulna.design.observers.bracket_conditions import (
     chain_of_fields,
     vanishes,
 )
+from ulna.design.observers.linear_error_form import ObserverForm, assembled
 from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs, search_chain
 from ulna.design.observers.observer_coordinates import (
-    ObserverForm,
     ObserverFormSearch,
-    assemble,
     explanation,
     find_observer_form,
-    moved_back,
+    in_old_coordinates,
 )
 from ulna.design.observers.output_functions import OutputSection, exponential, integral_over_output, output_section
-from ulna.design.observers.straightened import StraightenedPlant, straightened_plant
+from ulna.design.observers.straightened import straightened_plant
 from ulna.design.observers.transformed_blocks import (
     OutputFunctions,
     in_measured_outputs,
@@ -56,36 +55,11 @@ _SECONDS = 10.0
 _SEVERAL_SECONDS = 1.5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OutputTransformation:
-    """Whether some ỹ = ψ(y) gives an observer form.
-
-    Attributes:
-        system: the plant.
-        symbols: (p,) of the outputs in the functions; empty where there are none.
-        functions: (p,) ψ_i, the outputs themselves where the plain form exists; None where there are none or none
-            were found.
-        form: the observer form with measured outputs ψ(y), or None; None too where ψ exists but is not elementary.
-        verdict: on its existence; refuted with the quantity that is not a function of y alone; `slope` is ψ'.
-    """
-
-    system: System
-    symbols: tuple[sp.Symbol, ...]
-    functions: tuple[sp.Expr, ...] | None
-    form: ObserverForm | None
-    verdict: Verdict
-
-    @property
-    def psi(self) -> sp.Expr | None:
-        """ψ of a plant with a single output; None where it was not found."""
-        return self.functions[0] if self.functions is not None and len(self.functions) == 1 else None
-
-
 def transformed_observer_form(system: PlantLike) -> ObserverForm:
     """The observer form of a plant after a transformation of each output, the identity where that suffices.
 
     Raises:
-        NoFormError: if there is none or none was found; `value` is the `OutputTransformation` that says why.
+        NoFormError: if there is none or none was found; `value` is the `ObserverFormSearch` that says why.
     """
     found = output_transformation(as_plant(system))
     if found.form is not None:
@@ -99,20 +73,24 @@ def transformed_observer_form(system: PlantLike) -> ObserverForm:
 
 
 @lru_cache(maxsize=64)
-def output_transformation(system: System) -> OutputTransformation:
-    """ψ and the form, or the reason why there is none, as a value."""
+def output_transformation(system: System) -> ObserverFormSearch:
+    """ψ and the form with measured outputs ψ(y), or the reason why there is none, as a value.
+
+    Refuted with the quantity that is not a function of y alone; the evidence's `slope` is ψ', `psi` ψ itself.
+    """
     claim = f"'{system.name}' has an observer form after an output transformation"
     plain = find_observer_form(system)
     if plain.form is not None:
         y = plain.form.y
-        evidence = {"psi": "y" if len(y) == 1 else tuple(str(s) for s in y), **plain.verdict.evidence}
-        verdict = Verdict(claim=claim, status=plain.verdict.status, evidence=evidence)
-        return OutputTransformation(system=system, symbols=y, functions=y, form=plain.form, verdict=verdict)
+        psi = "y" if len(y) == 1 else tuple(str(s) for s in y)
+        return replace(
+            plain, verdict=replace(plain.verdict, claim=claim, evidence={"psi": psi, **plain.verdict.evidence})
+        )
     if len(system.outputs) > 1:
-        return _of_several(system, plain, claim)
+        return _of_several(plain, claim)
     straight = straightened_plant(system)
     if straight is not None:
-        return _in_old_coordinates(system, straight, output_transformation(straight.system))
+        return in_old_coordinates(system, straight, output_transformation(straight.system))
     conditions = plain.conditions
     if conditions is None:
         return _none(system, Verdict.undecided(claim, reason="the plant has no output"))
@@ -121,31 +99,32 @@ def output_transformation(system: System) -> OutputTransformation:
         why = plain.verdict
         if why.fails and why.evidence.get("any_psi") is False:
             why = Verdict.undecided(why.claim, tried="the starting field is too large to write down")
-        return _none(system, Verdict(claim=claim, status=why.status, evidence=why.evidence))
-    found = attempt(_SECONDS, "output transformation", _search, conditions, claim)
+        return _none(system, replace(why, claim=claim))
+    found = attempt(_SECONDS, "output transformation", _of_one, conditions, claim)
     return found.value or _none(system, Verdict.undecided(claim, tried=found.reason))
 
 
-def _of_several(system: System, plain: ObserverFormSearch, claim: str) -> OutputTransformation:
+def _of_several(plain: ObserverFormSearch, claim: str) -> ObserverFormSearch:
     """One function for each output; a no only where no other way to transform the outputs is left."""
+    system = plain.system
     if not observability(system).observable.holds or 0 in observability(system).indices:
-        return _none(system, Verdict(claim=claim, status=plain.verdict.status, evidence=plain.verdict.evidence))
+        return _none(system, replace(plain.verdict, claim=claim))
     found = attempt(_SEVERAL_SECONDS, "output transformations", _functions_or_verdict, system)
     if not isinstance(found.value, OutputFunctions):
-        why = Verdict.undecided(claim, tried=found.reason) if found.value is None else found.value
-        return _none(system, Verdict(claim=claim, status=why.status, evidence={"because": why.claim, **why.evidence}))
+        undecided = Verdict.undecided(claim, tried=found.reason)
+        return _none(system, undecided if found.value is None else found.value.restated(claim))
     psi = found.value
     changed = psi.functions != psi.symbols
     search = find_observer_form(with_outputs_replaced(system, psi)) if changed else plain
     shown = tuple(formula(e) for e in psi.functions)
     if changed and search.form is not None:
         form = in_measured_outputs(system, search.form, psi)
-        verdict = Verdict(claim=claim, status=form.verdict.status, evidence={"psi": shown, **form.verdict.evidence})
-        return OutputTransformation(system=system, symbols=form.y, functions=form.measured, form=form, verdict=verdict)
-    evidence = {"because": search.verdict.claim, **search.verdict.evidence, "psi": shown}
-    if psi.unique or not search.verdict.fails:
-        return _none(system, Verdict(claim=claim, status=search.verdict.status, evidence=evidence))
-    return _none(system, Verdict.undecided(claim, tried="one function for each output", **evidence))
+        verdict = replace(form.verdict, claim=claim, evidence={"psi": shown, **form.verdict.evidence})
+        return ObserverFormSearch(system=system, form=form, verdict=verdict)
+    verdict = search.verdict.restated(claim, psi=shown)
+    if verdict.fails and not psi.unique:
+        verdict = Verdict.undecided(claim, **{"tried": "one function for each output", **verdict.evidence})
+    return _none(system, verdict)
 
 
 def _functions_or_verdict(system: System) -> OutputFunctions | Verdict:
@@ -156,53 +135,35 @@ def _functions_or_verdict(system: System) -> OutputFunctions | Verdict:
         return failure.verdict
 
 
-def _in_old_coordinates(
-    system: System, straight: StraightenedPlant, found: OutputTransformation
-) -> OutputTransformation:
-    evidence = {**found.verdict.evidence, "coordinates": dict(straight.meaning)}
-    verdict = Verdict(claim=found.verdict.claim, status=found.verdict.status, evidence=evidence)
-    if found.form is None:
-        return _none(system, verdict)
-    form = moved_back(system, straight, found.form)
-    if form is None:
-        return _none(system, Verdict.undecided(verdict.claim, tried="the form in straightened coordinates moved back"))
-    return OutputTransformation(system=system, symbols=form.y, functions=form.measured, form=form, verdict=verdict)
-
-
-def _search(conditions: ObserverConditions, claim: str) -> OutputTransformation:
+def _of_one(conditions: ObserverConditions, claim: str) -> ObserverFormSearch:
     system = conditions.system
     section = output_section(conditions.observability.view)
+    y = section.y[0]
     try:
         slope = _slope(section, conditions)
+        if slope == 1:
+            why = conditions.exists if conditions.exists.fails else find_observer_form(system).verdict
+            return _none(system, why.restated(claim, because=why.claim, psi="y at most"))
+        # Before an integral is sought: ψ' alone tells whether the brackets of the form in ψ(y) vanish.
+        start = (conditions.fields[0] / section.at_states(slope)).applyfunc(lowest_terms)
+        fields, commuting, inputs = chain_of_fields(section.view, start)
+        exists = all_of(claim, [commuting, inputs])
+        if exists.fails:
+            return _none(system, exists.restated(claim, slope=slope))
+        psi = integral_over_output(section, slope)
+        if psi is None or not is_elementary(psi):
+            # The brackets vanish, so the form exists; without ψ in formulas nothing can be built on it.
+            return _none(system, exists.restated(claim, slope=slope, reason=f"∫ {slope} d{y} is not elementary"))
+        factor, psi = sp.factor_terms(psi).as_independent(y, as_Add=False)
+        chain = search_chain(section, [(field * factor).applyfunc(lowest_terms) for field in fields], psi)
     except NotOfOutputsError as failure:
-        why = failure.verdict
-        return _none(system, Verdict(claim=claim, status=why.status, evidence={"because": why.claim, **why.evidence}))
-    if slope == 1:
-        why = conditions.exists if conditions.exists.fails else find_observer_form(system).verdict
-        evidence = {**why.evidence, "because": why.claim, "psi": "y at most"}
-        return _none(system, Verdict(claim=claim, status=why.status, evidence=evidence))
-    # Before an integral is sought: ψ' alone tells whether the brackets of the form in ψ(y) vanish.
-    start = (conditions.fields[0] / section.at_states(slope)).applyfunc(lowest_terms)
-    fields, commuting, inputs = chain_of_fields(section.view, start)
-    exists = all_of(claim, [commuting, inputs])
-    if exists.fails:
-        return _none(system, Verdict(claim=claim, status=exists.status, evidence={**exists.evidence, "slope": slope}))
-    psi = integral_over_output(section, slope)
-    if psi is None or not is_elementary(psi):
-        # The brackets vanish, so the form exists; without ψ in formulas nothing can be built on it.
-        evidence = {**exists.evidence, "slope": slope, "reason": f"∫ {slope} d{section.y[0]} is not elementary"}
-        return _none(system, Verdict(claim=claim, status=exists.status, evidence=evidence))
-    factor, psi = sp.factor_terms(psi).as_independent(section.y[0], as_Add=False)
-    chain = search_chain(section, [(field * factor).applyfunc(lowest_terms) for field in fields], psi, claim)
-    form = None if chain.coordinates is None else assemble(section, chain)
-    verdict = chain.verdict if form is None else form.verdict
-    if chain.coordinates is not None and form is None:
-        verdict = Verdict.undecided(claim, tried="the inverse of the Jacobian of the coordinates found")
-    evidence = {"because": verdict.claim, **verdict.evidence, "psi": psi}
-    stated = Verdict(claim=claim, status=verdict.status, evidence=evidence)
-    if form is None or stated.fails:
-        return _none(system, stated)
-    return OutputTransformation(system=system, symbols=section.y, functions=(psi,), form=form, verdict=stated)
+        return _none(system, failure.verdict.restated(claim))
+    form = assembled(section, chain)
+    if form is None:
+        tried = "the inverse of the Jacobian of the coordinates found"
+        return _none(system, Verdict.undecided(claim, tried=tried, psi=psi))
+    verdict = form.verdict.restated(claim, psi=psi)
+    return ObserverFormSearch(system=system, form=None if verdict.fails else form, verdict=verdict)
 
 
 def _slope(section: OutputSection, conditions: ObserverConditions) -> sp.Expr:
@@ -248,5 +209,5 @@ def curvature(conditions: ObserverConditions) -> sp.Expr:
     return tidy((covector * bracket)[0] / (n if odd else 2), seconds=1.0)
 
 
-def _none(system: System, verdict: Verdict) -> OutputTransformation:
-    return OutputTransformation(system=system, symbols=(), functions=None, form=None, verdict=verdict)
+def _none(system: System, verdict: Verdict) -> ObserverFormSearch:
+    return ObserverFormSearch(system=system, form=None, verdict=verdict)
