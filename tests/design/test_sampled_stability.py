@@ -22,10 +22,9 @@ from ulna.design import (
     state_feedback,
 )
 from ulna.design.control.sampled_stability import _exponential
-from ulna.loop import Hardware, Loop
+from ulna.loop import Hardware, Loop, RungeKutta4, Saturation
 from ulna.plants import arm_with_drive, preset
 from ulna.sim import FixedSteps, Trajectory, metrics, simulate
-from ulna.sim.sampled import RungeKutta4, Saturation
 from ulna.system import System, system_from_mapping
 
 REAL = ["bench_servo", "transhumeral_elbow", "human_scale"]

@@ -4,20 +4,28 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
-import numba
 import numpy as np
 import pytest
 from independent_arm import Plant, mujoco_plant, mujoco_steps, pinocchio_plant
-from ulna.studies.prosthesis.lanes import LANES
+from processor import Processor
 
 from ulna.plants import arm_with_drive, preset
 from ulna.sim import simulate
 from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
 from ulna.studies.prosthesis.plant import Bench, bench_of, draws_of
-from ulna.studies.prosthesis.tasks import Task, tasks_of
-from ulna.studies.prosthesis.trial import run_on, run_trial
+from ulna.studies.prosthesis.tasks import PERIOD, Task, tasks_of
+from ulna.studies.prosthesis.trial import (
+    ANGLE,
+    control_numbers,
+    encoder_noise,
+    first_memory,
+    inputs_of,
+    loop_of,
+    plant_steps,
+    run_trial,
+    starts_at_rest,
+)
 
 PRESETS = ("paper", "bench_servo", "transhumeral_elbow", "human_scale")
 ENGINES = {"mujoco": mujoco_plant, "pinocchio": pinocchio_plant}
@@ -40,31 +48,48 @@ def _shorter(task: Task, count: int) -> Task:
     )
 
 
-def _block_of(plant: Plant) -> Any:
-    """A plant as the bench's compiled loop wants it: the first plant of a block runs, the others stand for it."""
+def _stepped(plant: Plant, x: np.ndarray, given: np.ndarray, h: float) -> np.ndarray:
+    """One classical Runge-Kutta step of the other plant."""
 
-    def first(state: np.ndarray, given: np.ndarray, numbers: np.ndarray, out: np.ndarray) -> None:
-        rates = np.empty(3)
-        plant(state[::LANES].copy(), given[::LANES].copy(), numbers, rates)
-        out[:] = np.repeat(rates, LANES)
+    def rates(at: np.ndarray) -> np.ndarray:
+        found = np.empty(3)
+        plant(np.ascontiguousarray(at), given, np.zeros(1), found)
+        return found
 
-    row = "float64[::1]"
-
-    @numba.njit(f"void({row}, {row}, {row}, {row})")
-    def block(state, given, numbers, out):
-        with numba.objmode():
-            first(state, given, numbers, out)
-
-    return block
+    k1 = rates(x)
+    k2 = rates(x + h / 2 * k1)
+    k3 = rates(x + h / 2 * k2)
+    return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + rates(x + h * k3))
 
 
 def _angle_with(plant: Plant, bench: Bench, key: str, task: Task) -> tuple[np.ndarray, np.ndarray]:
-    """(N,) angles of the bench's own plant and of the other one, under the same controller, in the same loop."""
+    """(N,) angles of the bench's own plant and of the other one, under the same step of the same processor."""
     contender = next(c for c in contenders(bench) if c.key == key)
     chosen, draws = tuned_numbers(bench, contender), draws_of(bench, 1)
-    own = run_trial(bench, contender, chosen, task, draws)
-    other = run_on(bench, contender, chosen, task, draws, _block_of(plant), np.zeros((1, 1)))
-    return own.angle[0], other.angle[0]
+    own = run_trial(bench, contender, chosen, task, draws)[ANGLE][0]
+    loop = loop_of(bench, contender)
+    numbers = dict(zip((p.name for p in bench.plant.parameters), draws.parameters[0].tolist(), strict=True))
+    begin = starts_at_rest(task, {name: np.array([value]) for name, value in numbers.items()})
+    held = float(begin["u"][0])
+    memory = first_memory(bench, contender, chosen, task)
+    processor = Processor(loop, control_numbers(bench, contender, chosen))
+    slots = {f"plant_p{k}": value for k, value in enumerate(numbers.values())}
+    slots |= {f"z{k}": memory.get(s.name, 0.0) for k, s in enumerate(loop.wiring.memory)}
+    slots |= dict.fromkeys(("c0", "h0_0", "h0_1", "believed0"), held)
+    processor.slots |= slots
+    noise = encoder_noise(bench.step, task.key, task.count, draws).values[0]
+    given = {name: samples.values for name, samples in inputs_of(loop, task).items()}
+    x, angles, steps = np.array([float(begin[n][0]) for n in ("theta", "omega", "i")]), [], plant_steps(bench)
+    for k in range(task.count + 1):
+        angles.append(x[0])
+        state: dict[str, float] = dict(zip(["theta", "omega", "i"], x.tolist(), strict=True))
+        measured = [state.get(s.name, x[0] + noise[k]) for s in loop.wiring.measured]
+        slots = {f"y{j}": value for j, value in enumerate(measured)} | {f"x{j}": v for j, v in enumerate(x.tolist())}
+        slots |= {f"r{j}": float(given[s.name][k]) for j, s in enumerate(loop.references)}
+        voltage = processor.sample(**slots)["ub0"]
+        for _ in range(steps):
+            x = _stepped(plant, x, np.array([voltage, task.load[k], task.push[k]]), PERIOD / steps)
+    return own, np.array(angles)
 
 
 @pytest.mark.parametrize("name", PRESETS)

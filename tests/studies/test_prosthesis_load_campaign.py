@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ulna.campaign import CampaignResult, open_campaign
+from ulna.loop import Amplifier, Loop
 from ulna.plants import preset
 from ulna.studies.prosthesis.load_campaign import missed, rest_errors, run_load_campaign
 
@@ -21,7 +22,11 @@ def test_one_controller_holds_every_load_as_on_hardware(name: str) -> None:
     assert rest_errors(found).max() <= 0.2
     assert not missed(found).any()
     assert found["settled"].all()
-    limit = found.experiment.loop.hardware.drive.numbers["current"]
+    loop = found.experiment.loop
+    assert isinstance(loop, Loop)
+    assert loop.hardware is not None
+    assert isinstance(loop.hardware.drive, Amplifier)
+    limit = loop.hardware.drive.numbers["current"]
     assert found["peak_current"].max() <= 1.02 * limit
     # Picked up and dropped, and far from all of it at once.
     assert np.ptp(found["m2_after"] - found["m2"]) > 1.5 * found["m2"].max()

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ulna.loop import Hardware, Loop, Repeat, applied
+from ulna.loop import Hardware, Loop, Repeat, Steps, applied
+from ulna.loop.flow import flow as flow_of
+from ulna.loop.step import step as step_of
 from ulna.program import to_python
 from ulna.system import Parameter, Signal, System, system_from_mapping
 
@@ -34,9 +36,10 @@ def static(name: str, inputs: list[str], outputs: dict[str, str], **parameters: 
 class Processor:
     """Slots of a loop, and what happens to them."""
 
-    def __init__(self, loop: Loop, **slots: float) -> None:
+    def __init__(self, loop: Loop, parameters: Mapping[str, float] | None = None, **slots: float) -> None:
         self.loop = loop
-        fitted, step, flow = loop.fit({}), loop.step, loop.flow
+        fitted = loop.fit(parameters or {})
+        step, flow = step_of(fitted), flow_of(fitted, Steps(), {})
         self.numbers = {**step.numbers, **flow.numbers}
         self.slots: dict[str, float] = dict(slots)
         self.stages = [(each, to_python(each)) for each in step.stages]

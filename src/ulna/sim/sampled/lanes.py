@@ -9,6 +9,7 @@ from ulna.program import Kernel, Operation, restricted
 from ulna.program.lowering.intrinsic import has_intrinsic, intrinsic_source
 from ulna.program.lowering.numba import TEMPLATES, literal
 
+
 class LaneWriter:
     """Lines of source over slots.
 

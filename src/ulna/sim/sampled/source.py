@@ -41,9 +41,7 @@ def loop_source(
 class _LoopWriter:
     """Writes the text around the kernels: samples, random numbers, ends of runs, results."""
 
-    def __init__(
-        self, made: Blocks, results: Sequence[str], record: Sequence[str], lanes: int, *, gpu: bool
-    ) -> None:
+    def __init__(self, made: Blocks, results: Sequence[str], record: Sequence[str], lanes: int, *, gpu: bool) -> None:
         self.made, self.results, self.record = made, tuple(results), tuple(record)
         clock = {"begun", "clock"} if made.jittered else {"begun", "clock", "time", "earlier", "span"}
         self.w = LaneWriter(
