@@ -10,10 +10,11 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ulna.base import DesignError
+from ulna.design.control.output_feedback import close_loop
 from ulna.design.gains import Gains, gain_rule
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.simplify import tidy
-from ulna.system import Signal, System, SystemLike, as_system, connect
+from ulna.system import Signal, System, SystemLike
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,24 +101,8 @@ def close_cascade(loop: InnerLoop, controller: SystemLike) -> System:
 
     Outputs: those of the plant, its input and the inner set point.
     """
-    states = [s for s in loop.plant.states if s.name not in {o.name for o in loop.plant.outputs}]
-    measured = replace(
-        loop.plant,
-        outputs=(*loop.plant.outputs, *states),
-        readouts=(*loop.plant.readouts, *(s.symbol for s in states)),
-    )
-    outer = as_system(controller)
-    available = {o.name for o in measured.outputs}
-    wires = {f"outer.{s.name}": f"plant.{s.name}" for s in outer.inputs if s.name in available}
-    wires |= {f"inner.{s.name}": f"plant.{s.name}" for s in loop.system.inputs if s.name in available}
-    command = loop.plant.inputs[0].name
-    wires |= {f"inner.{loop.reference}": f"outer.{loop.reference}", f"plant.{command}": f"inner.{command}"}
-    return connect(
-        {"plant": measured, "inner": loop.system, "outer": outer},
-        wires,
-        outputs=[*(f"plant.{o.name}" for o in loop.plant.outputs), f"plant.{command}", f"inner.{loop.reference}"],
-        name=f"cascade of {loop.plant.name}",
-    )
+    held = close_loop(loop.plant, loop.system).system
+    return replace(close_loop(held, controller).system, name=f"cascade of {loop.plant.name}")
 
 
 def _inner_rate(plant: System, inner: str) -> tuple[sp.Symbol, sp.Expr, sp.Expr, sp.Expr]:

@@ -17,7 +17,7 @@ from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.simplify import tidy
 from ulna.symbolic.solving.roots import solutions
-from ulna.system import System, equilibrium
+from ulna.system import System, equilibrium, linearise
 
 SETTLED = 3.0
 """Time constants after which a fast state counts as settled: e⁻³ = 5 % are left."""
@@ -147,8 +147,7 @@ def _condition(
         ratio = period / max(taus)
         evidence |= {"period_over_time_constant": ratio, "needed": SETTLED}
         return taus, (Verdict.proved if ratio >= SETTLED else Verdict.refuted)(claim, **evidence)
-    jacobian = sp.Matrix(numeric.inline(numeric.rates)).jacobian(list(numeric.state_symbols)).subs(point)
-    slowest = max(abs(np.linalg.eigvals(np.array(jacobian.evalf(), dtype=float))))
+    slowest = max(abs(e) for e in linearise(numeric).eigenvalues)
     ratio = min(-e.real for e in eigenvalues) / slowest if slowest else math.inf
     evidence |= {"separation": float(ratio), "needed": _SEPARATION}
     return taus, (Verdict.proved if ratio >= _SEPARATION else Verdict.refuted)(claim, **evidence)
