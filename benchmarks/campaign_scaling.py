@@ -1,12 +1,11 @@
 """Campaigns: time a run through the public API, stored on disk, and what a second Dask worker is worth.
 
 The paper's closed loop with observer, 5 s, random load and resistance; with `--sampled` the same plant under the same
-compensator at 1 kHz, ±24 V, with an encoder of 12 bits. The crews of a round are interleaved, each with one thread a
-worker. Beside the wall clock stands CPU time, which other people's work on the machine disturbs less: of the workers,
-and of all else (planning, scheduling, moving, writing; without what Dask takes when it idles). The workers' share of
-both is the efficiency to expect where two workers and all else have two free cores. `engine alone` is the bare
-computation of the same runs. The error is checked beside the time: final states against single simulations, which
-are other code.
+compensator at 1 kHz, ±24 V, with an encoder of 12 bits. The workers of a round are interleaved, each with one thread.
+Beside the wall clock stands CPU time, which other people's work on the machine disturbs less: of the workers, and of
+all else (planning, scheduling, moving, writing; without what Dask takes when it idles). The workers' share of both
+is the efficiency to expect where two workers and all else have two free cores. `engine alone` is the bare computation
+of the same runs. The error is checked beside the time: final states against single simulations, which are other code.
 
     python benchmarks/campaign_scaling.py [--runs 100000] [--rounds 3] [--samples 50] [--sampled] [--only-dask]
 """
@@ -25,13 +24,20 @@ from typing import Any
 
 import numpy as np
 from distributed import Client, LocalCluster
-from ulna.campaign.encoding import to_text
-from ulna.campaign.part import experiment_of
-from ulna.campaign.replay import path
 
 import ulna
-from ulna.campaign import CampaignResult, Cluster, Crew, Experiment, Local, Measures, Random, Uniform, campaign
-from ulna.campaign.runs import run_part
+from ulna.campaign import (
+    CampaignResult,
+    DaskWorkers,
+    Experiment,
+    LocalWorkers,
+    Measures,
+    Random,
+    Uniform,
+    Workers,
+    campaign,
+)
+from ulna.campaign.runs import experiment_of, path, run_batch, to_text
 
 HORIZON = 5.0
 START = {"theta": 1.0}
@@ -41,34 +47,19 @@ START = {"theta": 1.0}
 class Subject:
     """What is run."""
 
-    loop: Any
-    time: Any
+    loop: ulna.Loop
     measures: Measures | None
 
     def experiment(self, runs: int) -> Experiment:
         """For the bare engine."""
-        system = self.loop.system if isinstance(self.loop, ulna.ClosedLoop) else self.loop
-        found = Experiment(
-            system=system,
-            horizon=HORIZON,
-            time=self.time,
-            plan=plan(runs, 0),
-            initial=START,
-            measures=self.measures or Measures(),
-        )
+        measures = self.measures or Measures()
+        found = Experiment(loop=self.loop, horizon=HORIZON, plan=plan(runs, 0), initial=START, measures=measures)
         return experiment_of(to_text(found))
 
-    def run(self, runs: int, seed: int, store: Path, crew: Crew) -> CampaignResult:
+    def run(self, runs: int, seed: int, store: Path, workers: Workers) -> CampaignResult:
         """The campaign."""
         return campaign(
-            self.loop,
-            plan(runs, seed),
-            self.measures,
-            horizon=HORIZON,
-            time=self.time,
-            initial=START,
-            store=store,
-            crew=crew,
+            self.loop, plan(runs, seed), self.measures, horizon=HORIZON, initial=START, store=store, workers=workers
         )
 
 
@@ -90,26 +81,24 @@ def subject(sampled: bool, samples: int) -> Subject:
     fixed = arm.with_values()
     law = ulna.state_feedback(ulna.controller_form(fixed), ulna.Poles("-2+2*sqrt(3)*j", "-2-2*sqrt(3)*j", -8))
     observer = ulna.exact_observer(ulna.observer_form(fixed), ulna.Poles(-9, -10, -11))
+    compensator = ulna.compensator(law, observer)
     if not sampled:
         measures = Measures(outputs=("y",), effort=("u",), samples=samples)
-        loop = ulna.close_loop(arm, ulna.compensator(law, observer))
-        return Subject(loop=loop, time=ulna.Continuous(), measures=measures)
-    clock = ulna.Sampled(
-        controller=law.system,
-        estimator=observer.system,
+        return Subject(loop=ulna.close_loop(arm, compensator), measures=measures)
+    hardware = ulna.Hardware(
         period=1e-3,
         saturation=ulna.Saturation(lower=-24.0, upper=24.0),
         sensors=ulna.Quantiser(step=2 * np.pi / 4096),
     )
-    return Subject(loop=arm, time=clock, measures=None)
+    return Subject(loop=ulna.Loop(plant=arm, controller=compensator, hardware=hardware), measures=None)
 
 
 def engine_seconds(what: Subject, runs: int) -> float:
-    """CPU seconds of the bare engine for a part, of one run."""
+    """CPU seconds of the bare engine for a batch, of one run."""
     experiment = what.experiment(runs)
-    run_part(experiment, 0, runs)
+    run_batch(experiment, 0, runs)
     begun = time.process_time()
-    run_part(experiment, 0, runs)
+    run_batch(experiment, 0, runs)
     return (time.process_time() - begun) / runs
 
 
@@ -120,14 +109,14 @@ def idle_rate(seconds: float = 3.0) -> float:
     return (time.process_time() - begun) / seconds
 
 
-def measured(what: Subject, runs: int, seed: int, crew: Crew, workers: Callable[[], float]) -> tuple[Cost, float]:
+def measured(what: Subject, runs: int, seed: int, workers: Workers, spent: Callable[[], float]) -> tuple[Cost, float]:
     """Cost, and the error of some runs."""
     idle = idle_rate()
     with tempfile.TemporaryDirectory() as folder:
-        there, here, begun = workers(), time.process_time(), time.perf_counter()
-        result = what.run(runs, seed, Path(folder) / "runs", crew)
+        there, here, begun = spent(), time.process_time(), time.perf_counter()
+        result = what.run(runs, seed, Path(folder) / "runs", workers)
         wall = time.perf_counter() - begun
-        cost = Cost(wall=wall, workers=workers() - there, rest=time.process_time() - here - idle * wall)
+        cost = Cost(wall=wall, workers=spent() - there, rest=time.process_time() - here - idle * wall)
         return cost, error(result)
 
 
@@ -185,22 +174,22 @@ def main() -> None:
         for n in (1, 2)
     ]
     clients = [Client(cluster, set_as_default=False) for cluster in clusters]
-    crews: dict[str, tuple[Crew, Callable[[], float]]] = {
-        "1 thread": (Local(threads=1), lambda: 0.0),
-        "2 threads": (Local(threads=2), lambda: 0.0),
-        "1 Dask worker": (Cluster(client=clients[0]), cpu_of(clients[0])),
-        "2 Dask workers": (Cluster(client=clients[1]), cpu_of(clients[1])),
+    kinds: dict[str, tuple[Workers, Callable[[], float]]] = {
+        "1 thread": (LocalWorkers(threads=1), lambda: 0.0),
+        "2 threads": (LocalWorkers(threads=2), lambda: 0.0),
+        "1 Dask worker": (DaskWorkers(client=clients[0]), cpu_of(clients[0])),
+        "2 Dask workers": (DaskWorkers(client=clients[1]), cpu_of(clients[1])),
     }
     if given.only_dask:
-        crews = {name: crew for name, crew in crews.items() if "Dask" in name}
-    for crew, workers in crews.values():
-        measured(what, 2000, 99, crew, workers)
-    costs: dict[str, list[Cost]] = {name: [] for name in crews}
+        kinds = {name: kind for name, kind in kinds.items() if "Dask" in name}
+    for workers, spent in kinds.values():
+        measured(what, 2000, 99, workers, spent)
+    costs: dict[str, list[Cost]] = {name: [] for name in kinds}
     engine, errors = [], []
     for seed in range(given.rounds):
         engine.append(engine_seconds(what, min(given.runs, 10_000)))
-        for name, (crew, workers) in crews.items():
-            cost, off = measured(what, given.runs, seed, crew, workers)
+        for name, (workers, spent) in kinds.items():
+            cost, off = measured(what, given.runs, seed, workers, spent)
             costs[name].append(cost)
             errors.append(off)
             print(f"round {seed}, {name}: {cost.wall:.1f} s, load {os.getloadavg()[0]:.1f}", flush=True)

@@ -90,7 +90,7 @@ def flow(loop: Fitted, steps: Steps, formulas: Mapping[str, sp.Expr], *, ramps: 
     plant = plant_kernels(loop.wiring, formulas)
     whole = _Plant(loop=loop, kernel=plant.main, steps=steps, ramps=ramps)
     return Flow(
-        constants=plant.before,
+        constants=loop.written(plant.before),
         outputs=loop.finished(_outputs(loop, plant.main)),
         motion=_finished(loop, whole.motion()),
         numbers={**loop.numbers, STEPS: float(steps.number)},

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.plans.plan import check_count, check_seed
+from ulna.campaign.plans.plan import Plan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Grid:
+class Grid(Plan):
     """Every combination of the values along some axes; the last axis runs fastest.
 
     Args:
@@ -25,7 +25,6 @@ class Grid:
     """
 
     axes: Mapping[str, Sequence[float] | np.ndarray]
-    seed: int = 0
 
     def __post_init__(self) -> None:
         if not self.axes:
@@ -37,8 +36,7 @@ class Grid:
                 raise CampaignError(f"axis '{name}' of a grid", "it needs at least one value, and all of them finite.")
             if len(set(values)) < len(values):
                 raise CampaignError(f"axis '{name}' of a grid", "a value stands twice.")
-        check_count("a grid", self.count)
-        check_seed("a grid", self.seed)
+        Plan.__post_init__(self)
 
     @property
     def count(self) -> int:

@@ -26,8 +26,8 @@ class ProbabilityDistribution(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Uniform:
-    """Every value between low and high alike.
+class Interval:
+    """What distributions between two finite values have in common.
 
     Raises:
         CampaignError: low not below high, or not finite.
@@ -37,12 +37,20 @@ class Uniform:
     high: float
 
     def __post_init__(self) -> None:
-        _check_interval("Uniform", self.low, self.high)
+        what = f"{type(self).__name__}(low={self.low}, high={self.high})"
+        if not (math.isfinite(self.low) and math.isfinite(self.high)):
+            raise CampaignError(what, "its limits must be finite.")
+        _check_order(what, self.low, self.high)
 
     @property
     def support(self) -> tuple[float, float]:
         """(low, high)."""
         return self.low, self.high
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Uniform(Interval):
+    """`Uniform(low=..., high=...)`: every value between low and high alike."""
 
     def quantile(self, probability: np.ndarray) -> np.ndarray:
         """low + p (high − low)."""
@@ -50,25 +58,17 @@ class Uniform:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LogUniform:
-    """Uniform in the logarithm, between low > 0 and high.
+class LogUniform(Interval):
+    """`LogUniform(low=..., high=...)`: uniform in the logarithm, between low > 0 and high.
 
     Raises:
         CampaignError: low not positive, or not below high.
     """
 
-    low: float
-    high: float
-
     def __post_init__(self) -> None:
-        _check_interval("LogUniform", self.low, self.high)
+        Interval.__post_init__(self)
         if not self.low > 0:
             raise CampaignError(f"LogUniform(low={self.low})", "a logarithm needs a positive low.")
-
-    @property
-    def support(self) -> tuple[float, float]:
-        """(low, high)."""
-        return self.low, self.high
 
     def quantile(self, probability: np.ndarray) -> np.ndarray:
         """low (high / low)^p."""
@@ -92,10 +92,7 @@ class Normal:
     def __post_init__(self) -> None:
         if not (0 < self.std < math.inf and math.isfinite(self.mean)):
             raise CampaignError(f"Normal(mean={self.mean}, std={self.std})", "the standard deviation must be positive.")
-        if not self.low < self.high:
-            raise CampaignError(
-                f"Normal(low={self.low}, high={self.high})", "its limits are the wrong way round.", "Give low < high."
-            )
+        _check_order(f"Normal(low={self.low}, high={self.high})", self.low, self.high)
         first, last = self._chances()
         if not last - first > 1e-12:
             raise CampaignError(
@@ -205,10 +202,6 @@ def as_probability_distribution(given: Any) -> ProbabilityDistribution:
     )
 
 
-def _check_interval(what: str, low: float, high: float) -> None:
-    if not (math.isfinite(low) and math.isfinite(high)):
-        raise CampaignError(f"{what}(low={low}, high={high})", "its limits must be finite.")
+def _check_order(what: str, low: float, high: float) -> None:
     if not low < high:
-        raise CampaignError(
-            f"{what}(low={low}, high={high})", "its limits are the wrong way round.", "Give low < high."
-        )
+        raise CampaignError(what, "its limits are the wrong way round.", "Give low < high.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -11,14 +11,15 @@ import numpy as np
 
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.plans.permutation import shuffled
-from ulna.campaign.plans.plan import check_count, check_seed, checked_vary
+from ulna.campaign.plans.plan import Plan
+from ulna.campaign.plans.probability import as_probability_distribution
 from ulna.campaign.plans.sobol_points import check_points, sobol_points
 
 _HALF = 2.0**-53
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DrawnPlan(ABC):
+class DrawnPlan(Plan):
     """What all plans have in common that place points in the unit cube and read them off distributions.
 
     Any run's point is found from its number, without those before it: a plan takes no memory, however long it is.
@@ -32,18 +33,17 @@ class DrawnPlan(ABC):
     """
 
     vary: Mapping[str, Any]
-    seed: int = 0
 
     def __post_init__(self) -> None:
-        what = f"a plan {type(self).__name__}"
-        object.__setattr__(self, "vary", checked_vary(what, self.vary))
-        check_count(what, self.count)
-        check_seed(what, self.seed)
-
-    @property
-    @abstractmethod
-    def count(self) -> int:
-        """Number of runs."""
+        if not self.vary:
+            raise CampaignError(
+                f"a plan {type(self).__name__}",
+                "nothing is varied.",
+                "Give vary={'name': Uniform(low=..., high=...)}.",
+            )
+        vary = {str(name): as_probability_distribution(given) for name, given in self.vary.items()}
+        object.__setattr__(self, "vary", vary)
+        Plan.__post_init__(self)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -9,26 +9,29 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from ulna.campaign.runs import Column
+from ulna.campaign.store.netcdf_writer import NetcdfColumn, write_netcdf
 
 
-def packed(layout: tuple[Column, ...], values: Mapping[str, np.ndarray], first: int) -> bytes:
+def packed(layout: tuple[Column, ...], values: Mapping[str, np.ndarray]) -> bytes:
     """The columns as a netCDF file, the same bytes for the same values."""
-    from scipy.io import netcdf_file
-
+    rows = [values[column.name] for column in layout]
     buffer = io.BytesIO()
-    # Closing would throw the buffer away before it can be read.
-    file = netcdf_file(buffer, "w", version=2)
-    count = len(next(iter(values.values())))
-    file.createDimension("run", count)
-    file.first_run = first
-    for place, column in enumerate(layout):
-        variable = file.createVariable(label(column, place), column.dtype, ("run",))
-        variable[:] = values[column.name]
-        if column.unit:
-            variable.units = column.unit.encode()
-        variable.long_name = column.text.encode()
-    file.flush()
+    write_netcdf(buffer, "run", len(rows[0]), netcdf_columns(layout), {}, [rows])
     return buffer.getvalue()
+
+
+def netcdf_columns(layout: tuple[Column, ...]) -> list[NetcdfColumn]:
+    """The columns as they stand in a file; what varied is marked as xarray marks coordinates."""
+    varied = " ".join(label(column, place) for place, column in enumerate(layout) if column.varied)
+    return [
+        NetcdfColumn(
+            name=label(column, place),
+            dtype=column.dtype,
+            attributes={"units": column.unit, "long_name": column.text}
+            | ({} if column.varied else {"coordinates": varied}),
+        )
+        for place, column in enumerate(layout)
+    ]
 
 
 def unpacked(data: bytes, labels: Iterable[str]) -> list[np.ndarray]:
@@ -41,7 +44,7 @@ def unpacked(data: bytes, labels: Iterable[str]) -> list[np.ndarray]:
 
 
 def label(column: Column, place: int) -> str:
-    """The name of a column in the file, where SciPy writes Latin letters only."""
+    """The name of a column in the file, where SciPy reads Latin letters only."""
     return column.name if column.name.isascii() else f"column_{place}"
 
 

@@ -15,12 +15,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.store.batch_file import fingerprint
 from ulna.campaign.store.store import Batch, Manifest, Store
 from ulna.campaign.store.versions import check_versions
+from ulna.campaign.store.whole_file import whole_file
 
 MANIFEST = "campaign.json"
 BATCHES = "batches"
@@ -60,7 +60,8 @@ class FolderStore(Store):
         """
         name = f"{batch[0]:013d}-{batch[1]:013d}.{fingerprint(data)}.nc"
         try:
-            write_whole(self.path / BATCHES / name, data)
+            with whole_file(self.path / BATCHES / name) as file:
+                file.write(data)
         except OSError as error:
             raise CampaignError(
                 f"the result folder '{self.path}'",
@@ -129,7 +130,8 @@ def claimed(path: Path, wanted: Manifest) -> Iterator[FolderStore]:
         else:
             found = FolderStore(path, wanted)
             try:
-                write_whole(path / MANIFEST, wanted.to_text().encode())
+                with whole_file(path / MANIFEST) as file:
+                    file.write(wanted.to_text().encode())
             except OSError as error:
                 raise _unwritable(path, error) from error
             _remember_names(path)
@@ -199,24 +201,6 @@ def open_folder(path: Path) -> FolderStore:
         return FolderStore(path, Manifest.from_mapping(data))
     except (KeyError, TypeError, ValueError) as error:
         raise CampaignError(f"'{path / MANIFEST}'", f"it is no manifest of a campaign ({error}).") from None
-
-
-def write_whole(target: Path, data: bytes) -> None:
-    """Write a file so that it is there whole or not at all, also after a power cut.
-
-    Raises:
-        OSError: it cannot be written; nothing is left of it.
-    """
-    part = target.with_name(f".{uuid4().hex}.part")
-    try:
-        with part.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(target)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
 
 
 def _remember_names(folder: Path) -> None:

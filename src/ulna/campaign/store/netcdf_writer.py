@@ -59,7 +59,8 @@ def write_netcdf(
             file.seek(place + done * np.dtype(column.dtype).itemsize)
             file.write(np.ascontiguousarray(values, dtype=column.dtype).tobytes())
         done += len(block[0])
-    file.truncate(first + sum(sizes))
+    # The last column ends padded, too.
+    file.write(bytes(first + sum(sizes) - file.seek(0, 2)))
 
 
 def _variable(column: NetcdfColumn, size: int, place: int) -> bytes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BufferedIOBase
 from pathlib import Path
@@ -15,10 +15,11 @@ import numpy as np
 
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.runs import Column, Experiment, columns, experiment_of
-from ulna.campaign.store.batch_file import label, unpacked
+from ulna.campaign.store.batch_file import label, netcdf_columns, unpacked
 from ulna.campaign.store.folder import open_folder
 from ulna.campaign.store.netcdf_writer import MOST_ROWS, NetcdfColumn, write_netcdf
 from ulna.campaign.store.store import Store
+from ulna.campaign.store.whole_file import whole_file
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -150,14 +151,7 @@ class CampaignResult:
         """
         if self.runs > MOST_ROWS:
             raise CampaignError(f"the file '{path}'", f"a netCDF file holds {MOST_ROWS} runs, these are {self.runs}.")
-        varied = [label(c, k) for k, c in enumerate(self.columns) if c.varied]
-        shown = [NetcdfColumn(name="run", dtype=">i4")]
-        for place, column in enumerate(self.columns):
-            attributes = {"units": column.unit, "long_name": column.text}
-            if not column.varied:
-                # As xarray writes coordinates, so that it finds them again.
-                attributes["coordinates"] = " ".join(varied)
-            shown.append(NetcdfColumn(name=label(column, place), dtype=column.dtype, attributes=attributes))
+        shown = [NetcdfColumn(name="run", dtype=">i4"), *netcdf_columns(self.columns)]
 
         def blocks() -> Iterator[list[np.ndarray]]:
             first = 0
@@ -205,16 +199,11 @@ def _written(target: Path) -> Iterator[BufferedIOBase]:
     Raises:
         CampaignError: a place that cannot be written.
     """
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        with beside.open("wb") as file:
+        with whole_file(target) as file:
             yield file
-        beside.replace(target)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise CampaignError(
             f"the file '{target}'", f"it cannot be written: {reason}.", "Choose another place."
         ) from error
-    finally:
-        with suppress(OSError):
-            beside.unlink()

@@ -19,4 +19,4 @@ def computed_batch(settings: str, begun: Mapping[str, str], first: int, last: in
     """
     check_versions(begun, "a batch of a campaign on this worker")
     experiment = experiment_of(settings)
-    return packed(columns(experiment), run_batch(experiment, first, last, threads=threads), first)
+    return packed(columns(experiment), run_batch(experiment, first, last, threads=threads))
