@@ -83,7 +83,7 @@ def _angle_with(plant: Plant, bench: Bench, key: str, task: Task) -> tuple[np.nd
     for k in range(task.count + 1):
         angles.append(x[0])
         state: dict[str, float] = dict(zip(["theta", "omega", "i"], x.tolist(), strict=True))
-        measured = [state.get(s.name, x[0] + noise[k]) for s in loop.wiring.measured]
+        measured = [float(state.get(s.name, x[0] + noise[k])) for s in loop.wiring.measured]
         slots = {f"y{j}": value for j, value in enumerate(measured)} | {f"x{j}": v for j, v in enumerate(x.tolist())}
         slots |= {f"r{j}": float(given[s.name][k]) for j, s in enumerate(loop.references)}
         voltage = processor.sample(**slots)["ub0"]
