@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from ulna.loop import Hardware, Loop, Repeat, applied
+from ulna.loop import Hardware, Loop, Repeat, Steps, applied
+from ulna.loop.flow import flow as flow_of
+from ulna.loop.step import step as step_of
 from ulna.program import to_python
 from ulna.system import Parameter, Signal, System, system_from_mapping
 
@@ -33,14 +36,14 @@ def static(name: str, inputs: list[str], outputs: dict[str, str], **parameters: 
 class Processor:
     """Slots of a loop, and what happens to them."""
 
-    def __init__(self, loop: Loop, **slots: float) -> None:
+    def __init__(self, loop: Loop, parameters: Mapping[str, float] | None = None, **slots: float) -> None:
         self.loop = loop
-        fitted, step, flow = loop.fit({}), loop.step, loop.flow
-        self.numbers = dict(step.numbers)
+        fitted = loop.fit(parameters or {})
+        step, flow = step_of(fitted), flow_of(fitted, Steps(), {})
+        self.numbers = {**step.numbers, **flow.numbers}
         self.slots: dict[str, float] = dict(slots)
-        self.stages = [(each, to_python(each)) for each in step.stages]
-        self.drive = applied(fitted)
-        self.motion = [(each, to_python(each)) for each in _flat(flow.motion)]
+        self.stages = [(each, to_python(each)) for each in (*step.stages, applied(fitted))]
+        self.motion = [(each, to_python(each)) for each in _flat(flow.motion, flow.numbers)]
         self.outputs = flow.outputs
 
     def run(self, kernel: Any, evaluate: Any) -> None:
@@ -51,7 +54,7 @@ class Processor:
     def sample(self, **given: float) -> dict[str, float]:
         """One sample: measured values y0 …, references r0 …; all slots after it."""
         self.slots |= given
-        for kernel, evaluate in (*self.stages, (self.drive, to_python(self.drive))):
+        for kernel, evaluate in self.stages:
             self.run(kernel, evaluate)
         return dict(self.slots)
 
@@ -63,10 +66,14 @@ class Processor:
         return dict(self.slots)
 
 
-def _flat(program: Any) -> list[Any]:
+def _flat(program: Any, numbers: Mapping[str, float]) -> list[Any]:
     found: list[Any] = []
     for each in program:
-        found += _flat(each.body) * each.times if isinstance(each, Repeat) else [each]
+        if isinstance(each, Repeat):
+            times = int(numbers[each.times]) if isinstance(each.times, str) else each.times
+            found += _flat(each.body, numbers) * times
+        else:
+            found.append(each)
     return found
 
 

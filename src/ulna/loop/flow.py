@@ -21,9 +21,9 @@ from ulna.symbolic.compiling import kernel
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repeat:
-    """A body that runs so many times."""
+    """A body that runs so many times: a number, or the name of one of the flow's `numbers`."""
 
-    times: int
+    times: int | str
     body: tuple[Kernel | Repeat, ...]
 
 
@@ -72,6 +72,10 @@ class Flow:
     numbers: Mapping[str, float]
 
 
+STEPS = "steps"
+"""Name of the number of Runge-Kutta steps: loops that differ in it alone are one program."""
+
+
 def flow(loop: Fitted, steps: Steps, formulas: Mapping[str, sp.Expr], *, ramps: bool = True) -> Flow:
     """The flow of a loop with a processor.
 
@@ -89,7 +93,7 @@ def flow(loop: Fitted, steps: Steps, formulas: Mapping[str, sp.Expr], *, ramps: 
         constants=plant.before,
         outputs=loop.finished(_outputs(loop, plant.main)),
         motion=_finished(loop, whole.motion()),
-        numbers=loop.numbers,
+        numbers={**loop.numbers, STEPS: float(steps.number)},
     )
 
 
@@ -165,7 +169,7 @@ class _Plant:
     def _start(self, lengths: list[str]) -> Kernel:
         """Lengths of the stretches, and nothing hit yet."""
         w, loop = Assembly("start"), self.loop
-        span, fraction, number = w.input("span"), w.input("fraction"), float(self.steps.number)
+        span, fraction, number = w.input("span"), w.input("fraction"), w.input(STEPS)
         parts = {"early": span * fraction / number, "late": span / number}
         if loop.split:
             parts["late"] = span * (1.0 - fraction) / number
@@ -176,9 +180,7 @@ class _Plant:
     def _steps(self, stretches: Sequence[tuple[str, Sequence[str]]]) -> Program:
         """The steps of some stretches: those of one after those of the one before."""
         kernels = [self._step(f"{length}_length", [(None, inputs)]) for length, inputs in stretches]
-        if self.steps.number == 1:
-            return tuple(kernels)
-        return tuple(Repeat(times=self.steps.number, body=(each,)) for each in kernels)
+        return tuple(Repeat(times=STEPS, body=(each,)) for each in kernels)
 
     def _pulsed(self, phases: Sequence[str]) -> Program:
         """Carrier periods cut at the ends of their pulses; the bridge takes a new command at the start of one."""

@@ -16,7 +16,8 @@ class Guard:
     bound on for ever: NaN fails every comparison.
 
     Args:
-        output: SI, what is commanded instead of a command that is not finite; None holds the last one.
+        output: SI, what is commanded instead of a command that is not finite; a simulated run goes on. None holds the
+            last command, and a simulated run ends there.
         largest: a command of this size or more counts as not finite.
     """
 

@@ -6,7 +6,7 @@ from ulna.sim.continuous.settling import Settling
 from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.ensemble import CODES, Ensemble
 from ulna.sim.event import Event, EventKind
-from ulna.sim.figures import BAND
+from ulna.sim.figures import BAND, last_entry, output_figures
 from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated, as_input
 from ulna.sim.metrics import InputMetrics, Metrics, OutputMetrics, metrics
 from ulna.sim.outcome import Outcome
@@ -43,6 +43,8 @@ __all__ = [
     "Taylor",
     "Trajectory",
     "as_input",
+    "last_entry",
     "metrics",
+    "output_figures",
     "simulate",
 ]

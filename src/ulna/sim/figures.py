@@ -70,18 +70,18 @@ def outside(value: Any, target: Any, first: Any) -> Any:
     return ~(np.abs(value - target) <= BAND * np.abs(target - first))
 
 
-def last_entry(times: np.ndarray, distance: np.ndarray, band: float) -> float:
-    """s from the first time after which the distance stays within the band, straight lines between; 0 if always.
+def last_entry(times: np.ndarray, distance: np.ndarray, band: float) -> np.ndarray:
+    """(...) s from the first time after which the distance stays within the band, straight lines between; 0 if always.
 
-    Infinite where it ends outside. times, distance: (N,).
+    Infinite where it ends outside. times: (N,). distance: (..., N).
     """
-    beyond = np.flatnonzero(~(distance <= band))
-    if not len(beyond):
-        return 0.0
-    last = int(beyond[-1])
-    if last == len(times) - 1:
-        return np.inf
-    return crossing(times, distance, last, band) - float(times[0])
+    beyond = ~(distance <= band)
+    last = len(times) - 1 - beyond[..., ::-1].argmax(axis=-1)
+    before = np.minimum(last, len(times) - 2)
+    low, high = (np.take_along_axis(distance, at[..., None], axis=-1)[..., 0] for at in (before, before + 1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        entry = times[before] + (band - low) / (high - low) * (times[before + 1] - times[before]) - times[0]
+    return np.where(beyond.any(axis=-1), np.where(last > before, np.inf, entry), 0.0)
 
 
 def crossing(times: np.ndarray, values: np.ndarray, before: int, level: float) -> float:

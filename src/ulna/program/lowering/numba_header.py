@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from ulna.program.lowering.intrinsic import INTRINSIC_HEADER
+
 _IMPORTS = '''"""Written by ulna; safe to delete."""
 
 import math
 
 import numba
 import numpy as np
+from llvmlite import ir
 from numba.extending import intrinsic
 
 
@@ -85,7 +88,7 @@ def flipped(value, turns):
 
 '''
 
-HEADER = _IMPORTS + _FUNCTIONS.replace("DECORATOR", 'numba.njit(error_model="numpy", cache=CACHE)')
+HEADER = _IMPORTS + INTRINSIC_HEADER + _FUNCTIONS.replace("DECORATOR", 'numba.njit(error_model="numpy", cache=CACHE)')
 """For processors."""
 
 GPU_HEADER = _GPU_IMPORTS + _FUNCTIONS.replace("DECORATOR", "cuda.jit(device=True)")

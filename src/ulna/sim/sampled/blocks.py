@@ -72,7 +72,7 @@ def blocks(
     wiring, plant = loop.wiring, loop.wiring.plant
     driven, outputs, states = len(wiring.driven), len(plant.outputs), len(plant.states)
     around = _surroundings(len(wiring.references), disturbances, paths)
-    check = _check(states)
+    check = _check(loop, states)
     first = _begin(loop, flow, around, disturbances)
     sensed = [*_clock(loop), around, flow.outputs, output_figures(outputs), step.stages[0]]
     commanded = [around, step.stages[1], applied(loop)]
@@ -85,7 +85,7 @@ def blocks(
         check=check,
         draws=_draws(loop, paths),
         streams=2 * len(wiring.measured) + 2,
-        numbers={**loop.numbers, "bound_square": bound**2, "band": BAND}
+        numbers={**flow.numbers, "bound_square": bound**2, "band": BAND}
         | {f"std{name.removeprefix('noise')}": 1.0 for name in paths if name.startswith("noise")},
         tables=_tables(len(wiring.references), disturbances, ramps=ramps),
         paths=paths,
@@ -178,10 +178,13 @@ def _kept(loop: Fitted, states: int) -> Kernel:
     return w.finished(found)
 
 
-def _check(states: int) -> Kernel:
-    """|x|², NaN where the processor met a fault, and whether it passed the bound; a NaN fails the comparison."""
-    w = Assembly("check")
-    norm = w.input("fault")
+def _check(loop: Fitted, states: int) -> Kernel:
+    """|x|², NaN where the processor met a fault, and whether it passed the bound; a NaN fails the comparison.
+
+    A guard with a safe output lives with faults.
+    """
+    w, guard = Assembly("check"), loop.hardware.guard
+    norm = w.input("fault") if guard is None or guard.output is None else w.constant(0.0)
     for value in w.inputs("x", states):
         norm = value.fused(value, norm)
     return w.finished({"norm": norm, "trouble": norm.less(w.input("bound_square")).negated()})

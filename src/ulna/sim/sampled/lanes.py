@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 from ulna.program import Kernel, Operation, restricted
+from ulna.program.lowering.intrinsic import has_intrinsic, intrinsic_source
 from ulna.program.lowering.numba import TEMPLATES, literal
-
-_LOGIC = {
-    Operation.LESS: "{0} < {1}",
-    Operation.LESS_EQUAL: "{0} <= {1}",
-    Operation.EQUAL: "{0} == {1}",
-    Operation.AND: "{0} & {1}",
-    Operation.OR: "{0} | {1}",
-    Operation.NOT: "not {0}",
-}
-_OF_CONDITIONS = (Operation.AND, Operation.OR, Operation.NOT)
 
 
 class LaneWriter:
@@ -29,20 +20,22 @@ class LaneWriter:
         lanes: runs of a block. same: of slots that hold one number, the one that stands for it.
         read: slots that somebody reads; others are not kept.
         numbers: names that hold for all runs and samples. shared: variables that are the same for all runs.
-        paths: slots that are read from samples of each run's own.
+        paths: slots that are read from samples of each run's own. gpu: for the compiler of a GPU.
     """
 
     def __init__(
         self,
         *,
         lanes: int,
+        gpu: bool,
         same: Mapping[str, str],
         read: Collection[str],
         numbers: Collection[str],
         shared: Collection[str],
         paths: Collection[str],
     ) -> None:
-        self.lanes = lanes
+        self.lanes, self.gpu = lanes, gpu
+        self.functions: list[str] = []
         self.lines: list[str] = []
         self.depth = 0
         self.numbers: list[str] = []
@@ -125,29 +118,26 @@ class LaneWriter:
             self.line(f"{place} = {value}")
 
     def evaluated(self, kernel: Kernel, given: Mapping[str, str] | None = None) -> dict[str, str]:
-        """The kernel's instructions for the present run; the names of its results."""
+        """The kernel for the present run; the names of its results."""
         texts = given or {}
-        values = [self.new(texts[name] if name in texts else self.at(name)) for name in kernel.inputs]
-        conditions: dict[int, str] = {}
+        values = [texts[name] if name in texts else self.at(name) for name in kernel.inputs]
+        if self.gpu or not has_intrinsic(kernel):
+            return self._spelled(kernel, values)
+        name = f"kernel{len(self.functions)}"
+        self.functions.append(intrinsic_source(kernel, name))
+        results = [f"a{self._count + k}" for k in range(len(kernel.outputs))]
+        self._count += len(results)
+        self.line(f"{', '.join(results)} = {name}({', '.join(values)})")
+        return dict(zip(kernel.outputs, results, strict=True))
 
-        def condition(k: int) -> str:
-            return conditions[k] if k in conditions else f"({values[k]} != 0.0)"
-
-        numeric = _numeric(kernel)
-        for instruction in kernel.instructions:
-            operation, operands, place = instruction.operation, instruction.operands, len(values)
-            if operation is Operation.CONSTANT:
-                values.append(literal(instruction))
-                continue
-            if operation in _LOGIC:
-                of = [condition(k) if operation in _OF_CONDITIONS else values[k] for k in operands]
-                conditions[place] = self.new(f"({_LOGIC[operation].format(*of)})")
-                values.append(self.new(f"1.0 if {conditions[place]} else 0.0") if place in numeric else "")
-            elif operation is Operation.SELECT:
-                yes, no = values[operands[1]], values[operands[2]]
-                values.append(self.new(f"{yes} if {condition(operands[0])} else {no}"))
+    def _spelled(self, kernel: Kernel, inputs: Sequence[str]) -> dict[str, str]:
+        """The kernel's instructions line by line, as GPUs and the functions of the mathematical library want them."""
+        values = [self.new(text) for text in inputs]
+        for each in kernel.instructions:
+            if each.operation is Operation.CONSTANT:
+                values.append(literal(each))
             else:
-                values.append(self.new(TEMPLATES[operation].format(*(values[k] for k in operands))))
+                values.append(self.new(TEMPLATES[each.operation].format(*(values[k] for k in each.operands))))
         return {name: values[k] for name, k in zip(kernel.outputs, kernel.results, strict=True)}
 
     def random(self, slot: str, text: str) -> None:
@@ -162,13 +152,3 @@ class LaneWriter:
     def size(self) -> int:
         """Numbers in all slots of a block."""
         return max(1, len(self._places)) * self.lanes
-
-
-def _numeric(kernel: Kernel) -> set[int]:
-    """Values that are read as numbers, not only as conditions."""
-    found = set(kernel.results)
-    for each in kernel.instructions:
-        if each.operation in _OF_CONDITIONS:
-            continue
-        found.update(each.operands[1:] if each.operation is Operation.SELECT else each.operands)
-    return found

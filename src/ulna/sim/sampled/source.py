@@ -27,7 +27,7 @@ def loop_source(
         record: slots that are kept at every sample. lanes: runs of a block.
         gpu: for a GPU, each of whose threads takes one run after the other.
     """
-    writer = _LoopWriter(made, results, record, lanes)
+    writer = _LoopWriter(made, results, record, lanes, gpu=gpu)
     head = f"for base in range(first, last, {lanes}):"
     if gpu:
         head = "for base in range(first + cuda.grid(1), last, cuda.gridsize(1)):"
@@ -41,11 +41,12 @@ def loop_source(
 class _LoopWriter:
     """Writes the text around the kernels: samples, random numbers, ends of runs, results."""
 
-    def __init__(self, made: Blocks, results: Sequence[str], record: Sequence[str], lanes: int) -> None:
+    def __init__(self, made: Blocks, results: Sequence[str], record: Sequence[str], lanes: int, *, gpu: bool) -> None:
         self.made, self.results, self.record = made, tuple(results), tuple(record)
         clock = {"begun", "clock"} if made.jittered else {"begun", "clock", "time", "earlier", "span"}
         self.w = LaneWriter(
             lanes=lanes,
+            gpu=gpu,
             same=_same(made),
             read=_read(made) | {*self.results, *self.record, "alive"},
             numbers=made.numbers,
@@ -66,7 +67,8 @@ class _LoopWriter:
             indent = line[: len(line) - len(line.lstrip())]
             body += [indent + each for each in w.cleared()] if line.strip() == "CLEARED" else [line]
         end = ["    return k"] if answer else []
-        return header + "\n".join([decorator, f"def loop({ARGUMENTS}):", *(f"    {t}" for t in first), *body, *end, ""])
+        lines = [decorator, f"def loop({ARGUMENTS}):", *(f"    {t}" for t in first), *body, *end, ""]
+        return header + "".join(w.functions) + "\n".join(lines)
 
     def write(self, head: str) -> None:
         """The runs block after block, each over all samples."""
@@ -137,7 +139,8 @@ class _LoopWriter:
         w = self.w
         for each in program:
             if isinstance(each, Repeat):
-                with w.block(f"for _{w.depth} in range({each.times}):"):
+                times = f"int({w.at(each.times)})" if isinstance(each.times, str) else each.times
+                with w.block(f"for _{w.depth} in range({times}):"):
                     self._motion(each.body)
             else:
                 w.work(each, counted="trouble")
