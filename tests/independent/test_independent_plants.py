@@ -4,20 +4,28 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
 
-import numba
 import numpy as np
 import pytest
 from independent_arm import Plant, mujoco_plant, mujoco_steps, pinocchio_plant
+from processor import Processor
 
 from ulna.plants import arm_with_drive, preset
 from ulna.sim import simulate
-from ulna.studies.prosthesis.field import contenders, tuned_numbers
-from ulna.studies.prosthesis.lanes import LANES
+from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
 from ulna.studies.prosthesis.plant import Bench, bench_of, draws_of
-from ulna.studies.prosthesis.tasks import Task, tasks_of
-from ulna.studies.prosthesis.trial import run_on, run_trial
+from ulna.studies.prosthesis.tasks import PERIOD, Task, tasks_of
+from ulna.studies.prosthesis.trial import (
+    ANGLE,
+    control_numbers,
+    encoder_noise,
+    first_memory,
+    inputs_of,
+    loop_of,
+    plant_steps,
+    run_trial,
+    starts_at_rest,
+)
 
 PRESETS = ("paper", "bench_servo", "transhumeral_elbow", "human_scale")
 ENGINES = {"mujoco": mujoco_plant, "pinocchio": pinocchio_plant}
@@ -40,31 +48,50 @@ def _shorter(task: Task, count: int) -> Task:
     )
 
 
-def _block_of(plant: Plant) -> Any:
-    """A plant as the bench's compiled loop wants it: the first plant of a block runs, the others stand for it."""
-
-    def first(state: np.ndarray, given: np.ndarray, numbers: np.ndarray, out: np.ndarray) -> None:
-        rates = np.empty(3)
-        plant(state[::LANES].copy(), given[::LANES].copy(), numbers, rates)
-        out[:] = np.repeat(rates, LANES)
-
-    row = "float64[::1]"
-
-    @numba.njit(f"void({row}, {row}, {row}, {row})")
-    def block(state, given, numbers, out):
-        with numba.objmode():
-            first(state, given, numbers, out)
-
-    return block
-
-
 def _angle_with(plant: Plant, bench: Bench, key: str, task: Task) -> tuple[np.ndarray, np.ndarray]:
-    """(N,) angles of the bench's own plant and of the other one, under the same controller, in the same loop."""
+    """(N,) angles of the bench's own plant in its compiled loop, and of the other one around the processor's step."""
     contender = next(c for c in contenders(bench) if c.key == key)
-    chosen, draws = tuned_numbers(bench, contender), draws_of(bench, 1)
-    own = run_trial(bench, contender, chosen, task, draws)
-    other = run_on(bench, contender, chosen, task, draws, _block_of(plant), np.zeros((1, 1)))
-    return own.angle[0], other.angle[0]
+    chosen, draws = tuned_numbers(bench, contender), draws_of(bench, 2)
+    own = run_trial(bench, contender, chosen, task, draws)[ANGLE][0]
+    loop = loop_of(bench, contender)
+    begin = {name: value[:1] for name, value in zip(_numbers(bench), draws.parameters.T, strict=True)}
+    start = {name: float(value[0]) for name, value in starts_at_rest(task, begin).items()}
+    memory = first_memory(bench, contender, chosen, task)
+    slots = {f"z{k}": memory.get(s.name, 0.0) for k, s in enumerate(loop.wiring.memory)}
+    slots |= {f"plant_p{k}": float(value[0]) for k, value in enumerate(begin.values())}
+    held = dict.fromkeys(("believed0", "ub0", "h0_0", "h0_1"), start["u"])
+    processor = Processor(loop, control_numbers(bench, contender, chosen), **slots, **held)
+    references = np.array([inputs_of(loop, task)[s.name].values for s in loop.references])
+    noise = encoder_noise(bench.step, task.key, task.count, draws).values[0]
+    state = np.array([start[s.name] for s in bench.plant.states])
+    angles = []
+    for k in range(task.count + 1):
+        angles.append(state[0])
+        seen = {"y": state[0] + noise[k], "omega": state[1], "i": state[2]}
+        given = {f"y{j}": float(seen[s.name]) for j, s in enumerate(loop.wiring.measured)}
+        given |= {f"x{j}": float(value) for j, value in enumerate(state)}
+        given |= {f"r{j}": float(value) for j, value in enumerate(references[:, k])}
+        applied = processor.sample(**given)["ub0"]
+        state = _moved(plant, state, np.array([applied, task.load[k], task.push[k]]), plant_steps(bench))
+    return own, np.array(angles)
+
+
+def _moved(plant: Plant, state: np.ndarray, given: np.ndarray, steps: int) -> np.ndarray:
+    """A period of classical Runge-Kutta steps."""
+
+    def rates(at: np.ndarray) -> np.ndarray:
+        found = np.empty(3)
+        plant(at, given, np.zeros(1), found)
+        return found
+
+    h = PERIOD / steps
+    for _ in range(steps):
+        k1 = rates(state)
+        k2 = rates(state + h / 2 * k1)
+        k3 = rates(state + h / 2 * k2)
+        k4 = rates(state + h * k3)
+        state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return state
 
 
 @pytest.mark.parametrize("name", PRESETS)

@@ -8,13 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
+from processor import static
 from scipy.integrate import solve_ivp
 
 from ulna.base import DesignError, PlantError, SimulationError
-from ulna.plants import hold, preset, preset_from_mapping, steady_rise
+from ulna.loop import Loop, applied
+from ulna.plants import hold, preset, preset_from_mapping, steady_rise, voltage_range
+from ulna.program import to_python
+from ulna.sim import FixedSteps
 from ulna.sim.references import minimum_jerk
+from ulna.sim.sampled.prepared import Shape, prepared
 from ulna.studies.prosthesis.baselines import pid
-from ulna.studies.prosthesis.compare import Comparison, compare, plain_results
+from ulna.studies.prosthesis.comparison import Comparison, compare, plain_results
+from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
 from ulna.studies.prosthesis.designs import (
     coefficients,
     design_plant,
@@ -23,11 +29,21 @@ from ulna.studies.prosthesis.designs import (
     reduced_compensator,
     state_law,
 )
-from ulna.studies.prosthesis.field import contenders, tuned_numbers
-from ulna.studies.prosthesis.measures import UNITS, measures
+from ulna.studies.prosthesis.hardware import hardware_of
+from ulna.studies.prosthesis.measures import UNITS, measure
 from ulna.studies.prosthesis.plant import Bench, Draws, bench_of, draws_of
 from ulna.studies.prosthesis.tasks import PERIOD, Task, tasks_of
-from ulna.studies.prosthesis.trial import Runs, plant_steps, run_trial
+from ulna.studies.prosthesis.trial import (
+    ANGLE,
+    CURRENT,
+    LIMITED,
+    VOLTAGE,
+    Runs,
+    control_numbers,
+    loop_of,
+    plant_steps,
+    run_trial,
+)
 
 PRESETS = ("paper", "bench_servo", "transhumeral_elbow", "human_scale")
 
@@ -46,22 +62,17 @@ def _task(bench: Bench, key: str) -> Task:
     return next(t for t in tasks_of(bench) if t.key == key)
 
 
-def _runs(angle: np.ndarray, current: np.ndarray | None = None, voltage: np.ndarray | None = None) -> Runs:
-    nothing = np.zeros_like(angle)
-    return Runs(
-        angle=angle,
-        current=nothing if current is None else current,
-        voltage=nothing if voltage is None else voltage,
-        limited=nothing,
-    )
+def _runs(angle: np.ndarray, current: float = 0.0, voltage: float = 0.0) -> Runs:
+    values = {ANGLE: angle, CURRENT: current, VOLTAGE: voltage, LIMITED: 0.0}
+    return {name: np.broadcast_to(value, angle.shape) for name, value in values.items()}
 
 
 def test_the_comparison_replays_bit_for_bit_on_one_thread_and_on_two(elbow: Bench, found: Comparison) -> None:
     again = compare(elbow, count=6, workers=1)
     for key, entry in found.entries.items():
-        for measure in UNITS:
-            assert np.array_equal(entry.measured[measure], again.entries[key].measured[measure], equal_nan=True)
-        assert np.array_equal(entry.nominal.angle, again.entries[key].nominal.angle)
+        for name in UNITS:
+            assert np.array_equal(entry.measured[name], again.entries[key].measured[name], equal_nan=True)
+        assert np.array_equal(entry.nominal[ANGLE], again.entries[key].nominal[ANGLE])
 
 
 def test_another_seed_gives_other_plants_but_the_same_nominal_one(elbow: Bench) -> None:
@@ -75,7 +86,18 @@ def test_more_plants_do_not_change_the_first_ones(elbow: Bench) -> None:
     few, many = (
         run_trial(elbow, contender, tuned_numbers(elbow, contender), task, draws_of(elbow, count)) for count in (3, 5)
     )
-    assert np.array_equal(few.angle, many.angle[:3])
+    assert np.array_equal(few[ANGLE], many[ANGLE][:3])
+
+
+def test_all_arms_share_the_compiled_loop_of_a_contender() -> None:
+    contender, shape, kept = pid(), Shape(paths=("noise0",)), ("x0", "x2", "ub0", "cut0")
+    made = []
+    for bench in (bench_of(preset(name)) for name in PRESETS):
+        numbers = control_numbers(bench, contender, tuned_numbers(bench, contender))
+        engine = FixedSteps(number=plant_steps(bench))
+        made.append(prepared(loop_of(bench, contender), engine, shape, numbers, lanes=40, record=kept))
+    assert len({each.run for each in made}) == 1
+    assert len({each.numbers.tobytes() for each in made}) == len(PRESETS)
 
 
 def test_finer_steps_of_the_plant_change_next_to_nothing(elbow: Bench) -> None:
@@ -85,7 +107,7 @@ def test_finer_steps_of_the_plant_change_next_to_nothing(elbow: Bench) -> None:
     chosen, draws = tuned_numbers(elbow, contender), draws_of(elbow, 2)
     task = _task(elbow, "reach")
     coarse, finer = (run_trial(fine, contender, chosen, task, draws, finer=n) for n in (1, 4))
-    assert np.abs(coarse.angle - finer.angle).max() < 1e-6
+    assert np.abs(coarse[ANGLE] - finer[ANGLE]).max() < 1e-6
 
 
 @pytest.mark.parametrize("name", PRESETS)
@@ -119,8 +141,8 @@ def test_the_nominal_plant_at_rest_is_held_with_the_current_known_by_hand(name: 
     bench = bench_of(preset(name))
     contender = next(c for c in contenders(bench) if c.key == "load_robust")
     task = _task(bench, "push")
-    runs = run_trial(bench, contender, tuned_numbers(bench, contender), task, draws_of(bench, 1))
-    still = runs.current[0, 500:990].mean()
+    runs = run_trial(bench, contender, tuned_numbers(bench, contender), task, draws_of(bench, 2))
+    still = runs[CURRENT][0, 500:990].mean()
     assert -still == pytest.approx(hold(bench.preset).current, rel=0.02)
 
 
@@ -128,7 +150,7 @@ def test_the_load_robust_contender_forgets_the_load_and_the_reduced_one_does_not
     """With the same poles; the offset of the reduced one is where its spring balances the weight it does not know."""
     chosen, task, draws = {"law_pole": 20.0, "observer_pole": 100.0}, _task(elbow, "pick_up"), draws_of(elbow, 6)
     robust, reduced = (
-        measures(elbow, task, run_trial(elbow, contender, chosen, task, draws))["steady_error"]
+        measure(elbow, task, run_trial(elbow, contender, chosen, task, draws))["steady_error"]
         for contender in (load_robust(full=False), reduced_compensator())
     )
     assert robust.max() < 0.2
@@ -201,7 +223,7 @@ def test_measures_of_a_reach_made_of_straight_lines(elbow: Bench) -> None:
     times = task.times
     # From start to 10 % beyond the target between 0.2 s and 1.2 s, back on it at 1.4 s.
     progress = np.interp(times, [0.2, 1.2, 1.4], [0.0, 1.1, 1.0])
-    found = measures(elbow, task, _runs((start + progress * (target - start))[None, :]))
+    found = measure(elbow, task, _runs((start + progress * (target - start))[None, :]))
     assert found["overshoot"][0] == pytest.approx(10.0, abs=0.01)
     assert found["rise"][0] == pytest.approx(0.8 / 1.1, abs=2e-3)
     way = abs(math.degrees(target - start))
@@ -214,7 +236,7 @@ def test_a_motion_that_never_arrives_never_settles(elbow: Bench) -> None:
     stuck = np.full((1, task.count + 1), task.reference[0, 0])
     lost = np.full((1, task.count + 1), math.nan)
     for angle in (stuck, lost):
-        found = measures(elbow, task, _runs(angle))
+        found = measure(elbow, task, _runs(angle))
         assert math.isinf(found["settling"][0])
         assert math.isinf(found["rise"][0])
 
@@ -222,7 +244,7 @@ def test_a_motion_that_never_arrives_never_settles(elbow: Bench) -> None:
 def test_energy_power_and_heat_of_a_constant_current(elbow: Bench) -> None:
     task = _task(elbow, "hold")
     still = np.zeros((1, task.count + 1))
-    found = measures(elbow, task, _runs(still, still + 1.5, still + 2.0))
+    found = measure(elbow, task, _runs(still, 1.5, 2.0))
     assert found["energy"][0] == pytest.approx(30.0, rel=1e-3)
     assert found["power"][0] == pytest.approx(3.0)
     assert found["rms_current"][0] == pytest.approx(1.5)
@@ -255,25 +277,51 @@ def test_energy_power_and_heat_of_a_constant_current(elbow: Bench) -> None:
 def test_the_ripple_hears_eight_hertz_and_not_one(elbow: Bench) -> None:
     task = _task(elbow, "hold")
     tremor, slow = (np.radians(np.sin(2 * np.pi * f * task.times))[None, :] for f in (8.0, 0.5))
-    assert measures(elbow, task, _runs(tremor))["ripple"][0] == pytest.approx(1 / math.sqrt(2), rel=0.05)
-    assert measures(elbow, task, _runs(slow))["ripple"][0] < 0.02
+    assert measure(elbow, task, _runs(tremor))["ripple"][0] == pytest.approx(1 / math.sqrt(2), rel=0.05)
+    assert measure(elbow, task, _runs(slow))["ripple"][0] < 0.02
 
 
 def test_the_drive_gives_no_more_than_its_limits(elbow: Bench) -> None:
     contender = pid()
     hard = {"pid_p": 3000.0, "pid_i": 1.0, "pid_d": 0.1}
     runs = run_trial(elbow, contender, hard, _task(elbow, "reach"), draws_of(elbow, 4))
-    assert np.abs(runs.voltage).max() <= elbow.voltage
-    assert np.abs(runs.current[:, 1:]).max() <= 1.02 * elbow.current
-    assert runs.limited.any()
+    assert np.abs(runs[VOLTAGE]).max() <= elbow.voltage
+    assert np.abs(runs[CURRENT][:, 1:]).max() <= 1.02 * elbow.current
+    assert runs[LIMITED].any()
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_the_drives_bounds_are_those_of_its_battery_then_of_its_current_limit(name: str) -> None:
+    """As an electrician counts: no more than supply and cells give behind their resistance; then no current beyond."""
+    bench = bench_of(preset(name))
+    plant = {p.name: float(p.si_value or 0) for p in bench.plant.parameters}
+    loop = Loop(plant=bench.plant, controller=static("follow", ["y"], {"u": "y"}), hardware=hardware_of(bench))
+    drive = applied(loop.fit({}))
+    evaluate, numbers = to_python(drive), dict(loop.fit({}).numbers)
+    numbers |= {f"plant_p{k}": value for k, value in enumerate(plant.values())}
+    generator = np.random.default_rng(3)
+    cut = 0
+    for omega, current, wanted in generator.uniform([-4, -6, -40], [4, 6, 40], (200, 3)):
+        low, high = -bench.voltage, bench.voltage
+        if bench.preset.battery is not None:
+            lowest, highest = voltage_range(bench.preset.battery, current)
+            low, high = max(low, lowest), min(high, highest)
+        emf, most = plant["N"] * plant["kb"] * omega, plant["Ra"] * bench.current
+        high, low = min(high, max(low, emf + most)), max(low, min(high, emf - most))
+        known = {**numbers, "x0": 0.0, "x1": omega, "x2": current, "late0": wanted, "early0": wanted}
+        found = dict(zip(drive.outputs, evaluate(*(known[n] for n in drive.inputs)), strict=True))
+        assert found["ub0"] == pytest.approx(min(max(wanted, low), high), rel=1e-12)
+        assert found["cut0"] == (found["ub0"] != wanted)
+        cut += found["cut0"]
+    assert cut == 0 if name == "paper" else 20 < cut < 200
 
 
 def test_a_controller_that_loses_itself_gives_nothing(elbow: Bench) -> None:
     lost = {"law_scale": 60.0, "law_third": 30000.0}
     runs = run_trial(elbow, state_law(), lost, _task(elbow, "push"), draws_of(elbow, 2))
-    assert np.isfinite(runs.angle).all()
-    assert runs.angle.min() >= elbow.walls[0]
-    assert runs.angle.max() <= elbow.walls[1]
+    assert np.isfinite(runs[ANGLE]).all()
+    assert runs[ANGLE].min() >= elbow.walls[0]
+    assert runs[ANGLE].max() <= elbow.walls[1]
 
 
 def test_named_gains_place_the_poles_that_were_chosen() -> None:

@@ -23,7 +23,7 @@ from ulna.studies.prosthesis.intent import (
     IntentMemory,
     ProportionalPosition,
     ProportionalSpeed,
-    intent,
+    read_intent,
 )
 from ulna.studies.prosthesis.plant import bench_of
 
@@ -112,12 +112,12 @@ def test_chunks_give_the_bits_of_the_whole(cuts: list[int]) -> None:
     samples = _recorded(0.7, 0.6, seconds=2.5).samples
     speed = ProportionalSpeed(speed=1.0)
     whole, _ = activations(pipeline, samples, fresh_memory(pipeline))
-    wanted, _ = intent(speed, whole, IntentMemory(), rate=RATE, limits=LIMITS)
+    wanted, _ = read_intent(speed, whole, IntentMemory(), rate=RATE, limits=LIMITS)
     memory, mind, parts, positions = fresh_memory(pipeline), IntentMemory(), [], []
     edges = [0, *sorted(cuts), 2500]
     for first, last in pairwise(edges):
         part, memory = activations(pipeline, samples[first:last], memory)
-        want, mind = intent(speed, part, mind, rate=RATE, limits=LIMITS)
+        want, mind = read_intent(speed, part, mind, rate=RATE, limits=LIMITS)
         parts.append(part)
         positions.append(want.position)
     assert np.array_equal(np.concatenate(parts), whole)
@@ -126,7 +126,7 @@ def test_chunks_give_the_bits_of_the_whole(cuts: list[int]) -> None:
 
 def test_flexing_lifts_the_arm_to_the_end_of_its_range_at_the_given_speed() -> None:
     activation = np.tile([1.0, 0.0], (3000, 1))
-    wanted, memory = intent(ProportionalSpeed(speed=1.0), activation, IntentMemory(), rate=RATE, limits=LIMITS)
+    wanted, memory = read_intent(ProportionalSpeed(speed=1.0), activation, IntentMemory(), rate=RATE, limits=LIMITS)
     assert wanted.position[499] == pytest.approx(-0.5, abs=1e-9)
     assert wanted.position[-1] == LIMITS.lower
     assert memory.position == LIMITS.lower
@@ -135,7 +135,7 @@ def test_flexing_lifts_the_arm_to_the_end_of_its_range_at_the_given_speed() -> N
 def test_a_proportional_position_goes_where_it_should_no_faster_than_allowed() -> None:
     activation = np.tile([0.0, 0.5], (3000, 1))
     proportion = ProportionalPosition(rest=0.1, span=1.0)
-    wanted, _ = intent(proportion, activation, IntentMemory(), rate=RATE, limits=LIMITS)
+    wanted, _ = read_intent(proportion, activation, IntentMemory(), rate=RATE, limits=LIMITS)
     assert wanted.position[-1] == pytest.approx(0.6)
     assert np.abs(np.diff(wanted.position)).max() <= 1.5 / RATE + 1e-12
 
@@ -145,7 +145,7 @@ def test_one_long_co_contraction_switches_once_and_the_elbow_waits(proportion: A
     activation = np.zeros((3000, 2))
     activation[500:1500] = 0.8
     activation[2000:2600, 0] = 0.9
-    wanted, memory = intent(proportion, activation, IntentMemory(), rate=RATE, limits=LIMITS)
+    wanted, memory = read_intent(proportion, activation, IntentMemory(), rate=RATE, limits=LIMITS)
     assert memory.selected == 1
     assert list(np.flatnonzero(np.diff(wanted.selected))) == [648]
     assert np.ptp(wanted.position[1000:]) == 0.0
@@ -155,7 +155,7 @@ def test_a_short_co_contraction_does_not_switch() -> None:
     activation = np.zeros((1000, 2))
     activation[300:420] = 0.9
     switch = CoContractionSwitch(level=0.4, hold=0.15)
-    _, memory = intent(
+    _, memory = read_intent(
         ProportionalSpeed(speed=1.0), activation, IntentMemory(), rate=RATE, limits=LIMITS, switch=switch
     )
     assert memory.selected == 0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ulna.plants import preset
-from ulna.studies.prosthesis.compare import Comparison, compare
+from ulna.studies.prosthesis.comparison import Comparison, compare
 from ulna.studies.prosthesis.plant import bench_of
 from ulna.studies.prosthesis.verdict import advice_text, full_law_advice, recommendation, standings
 

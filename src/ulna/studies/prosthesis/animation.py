@@ -9,8 +9,9 @@ from html import escape
 import numpy as np
 
 from ulna.plot.style import INK, MUTED, RULE, colour
-from ulna.studies.prosthesis.compare import Comparison
+from ulna.studies.prosthesis.comparison import Comparison
 from ulna.studies.prosthesis.tasks import PERIOD
+from ulna.studies.prosthesis.trial import ANGLE
 
 SHOWN = ("reach", "pick_up", "push")
 """Tasks that are shown one after the other."""
@@ -19,7 +20,7 @@ FRAMES = 25
 _WIDTH, _HEIGHT, _LENGTH = 180, 170, 95
 
 
-def animation(found: Comparison) -> str:
+def animate(found: Comparison) -> str:
     """SVG text: an arm for every contender side by side, on the nominal plant, the wanted angle as a thin line.
 
     Angles grow downwards as in the plant, which is how SVG turns. The drawing plays in real time and starts again.
@@ -34,7 +35,7 @@ def animation(found: Comparison) -> str:
     box = f"0 0 {columns * _WIDTH} {rows * _HEIGHT}"
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" font-family="sans-serif" font-size="11">']
     for place, contender in enumerate(found.contenders):
-        angle = np.concatenate([found.entries[contender.key, t.key].nominal.angle[0, ::step] for t in tasks])
+        angle = np.concatenate([found.entries[contender.key, t.key].nominal[ANGLE][0, ::step] for t in tasks])
         x, y = place % columns * _WIDTH, place // columns * _HEIGHT
         parts.append(f'<g transform="translate({x + 45} {y + 75})">')
         parts.append(f'<text x="-35" y="-58" fill="{INK}">{escape(contender.title)}</text>')

@@ -27,7 +27,9 @@ def proportional_voltage() -> Contender:
         key="proportional_voltage",
         title="proportional voltage",
         note="voltage in proportion to the user's command; the user closes the loop by eye, 0.2 s late",
-        system=_system("proportional voltage", user["states"], user["rates"], _s("c4") / _s("c6") * user["command"]),
+        controller=_system(
+            "proportional voltage", user["states"], user["rates"], _s("c4") / _s("c6") * user["command"]
+        ),
         tuned=(
             Tuned(name="user_p", start=2.0, lower=0.2, upper=12.0),
             Tuned(name="user_i", start=2.0, lower=0.1, upper=30.0),
@@ -55,7 +57,7 @@ def velocity_servo() -> Contender:
         key="velocity_servo",
         title="velocity servo",
         note="a PI servo on the speed follows the command of the user, who closes the loop by eye, 0.2 s late",
-        system=_system("velocity servo", (*user["states"], *rates), {**user["rates"], **rates}, wanted),
+        controller=_system("velocity servo", (*user["states"], *rates), {**user["rates"], **rates}, wanted),
         tuned=(
             Tuned(name="user_p", start=3.0, lower=0.2, upper=12.0),
             Tuned(name="user_i", start=1.0, lower=0.01, upper=30.0),
@@ -79,7 +81,7 @@ def pid() -> Contender:
         key="pid",
         title="PID with gravity compensation",
         note="position PID on the encoder with the nominal gravity and back-EMF fed forward, anti-windup",
-        system=_system("PID", tuple(rates), rates, wanted),
+        controller=_system("PID", tuple(rates), rates, wanted),
         tuned=(
             Tuned(name="pid_p", start=30.0, lower=0.5, upper=3000.0),
             Tuned(name="pid_i", start=60.0, lower=0.5, upper=20000.0),

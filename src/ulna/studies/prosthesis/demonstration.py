@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.base import DesignError
+from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
 from ulna.studies.prosthesis.emg_pipeline import activations, calibrated, fresh_memory
 from ulna.studies.prosthesis.emg_signal import Recording, SyntheticMuscles, synthetic_recording
-from ulna.studies.prosthesis.field import contenders, tuned_numbers
-from ulna.studies.prosthesis.intent import IntentMemory, ProportionalSpeed, followable, intent
+from ulna.studies.prosthesis.intent import IntentMemory, ProportionalSpeed, followable, read_intent
 from ulna.studies.prosthesis.plant import Bench, draws_of
 from ulna.studies.prosthesis.tasks import PERIOD, Task
-from ulna.studies.prosthesis.trial import run_trial
+from ulna.studies.prosthesis.trial import ANGLE, run_trial
 
 SHOWN = "load_robust"
 
@@ -66,7 +66,7 @@ def demonstrate(
     activation, _ = activations(pipeline, recording.samples, fresh_memory(pipeline))
     memory = IntentMemory(position=0.0)
     speed = ProportionalSpeed(speed=bench.motion.speed)
-    wish, _ = intent(speed, activation, memory, rate=recording.rate, limits=bench.motion)
+    wish, _ = read_intent(speed, activation, memory, rate=recording.rate, limits=bench.motion)
     times = np.arange(0.0, recording.times[-1], PERIOD)
     position = np.interp(times, recording.times, wish.position)
     nothing = np.zeros(len(times))
@@ -80,7 +80,8 @@ def demonstrate(
         event=0.0,
     )
     contender = next(c for c in contenders(bench) if c.key == SHOWN)
-    runs = run_trial(bench, contender, tuned_numbers(bench, contender), task, draws_of(bench, 1))
+    # A second plant beside it, so that the compiled loop of the comparison serves.
+    runs = run_trial(bench, contender, tuned_numbers(bench, contender), task, draws_of(bench, 2))
     every = 5
     at = times[::every]
     rows = np.minimum(np.searchsorted(recording.times, at), len(activation) - 1)
@@ -90,7 +91,7 @@ def demonstrate(
         samples=recording.samples[rows],
         activation=activation[rows],
         wanted=position[::every],
-        reached=runs.angle[0, ::every],
+        reached=runs[ANGLE][0, ::every],
     )
 
 

@@ -11,6 +11,7 @@ import sympy as sp
 
 from ulna.design import (
     AbstractGainRule,
+    Compensator,
     Law,
     Observer,
     Track,
@@ -80,12 +81,11 @@ def state_law() -> Contender:
         inputs=tuple(Signal(name="y") if s.name == "theta" else s for s in law.system.inputs),
         readouts=tuple(e.xreplace(measured) for e in law.system.readouts),
     )
-    system = replace(system, parameters=_used(system))
     return Contender(
         key="state_feedback",
         title="the paper's state feedback",
         note="the exactly linearising third-order law on measured angle, speed and current",
-        system=system,
+        controller=_without_idle_parameters(system),
         tuned=_law_numbers(),
         proposed=True,
         measures_all=True,
@@ -100,7 +100,7 @@ def paper_compensator() -> Contender:
         key="compensator",
         title="the paper's compensator",
         note="the third-order law with the exact observer, from the angle alone",
-        system=joined("compensator", law, observer),
+        controller=_compensator(law, observer),
         tuned=(*_law_numbers(), Tuned(name="observer_scale", start=5.0, lower=0.3, upper=60.0)),
         proposed=True,
     )
@@ -114,7 +114,7 @@ def reduced_compensator() -> Contender:
         key="reduced",
         title="reduced-order compensator",
         note="law and exact observer of the second-order arm, the current taken as settled",
-        system=joined("reduced-order compensator", law, observer),
+        controller=_compensator(law, observer),
         tuned=_scales(),
         proposed=True,
     )
@@ -130,7 +130,7 @@ def load_robust(*, full: bool) -> Contender:
         key="load_robust",
         title="load-robust compensator",
         note=f"the {order} law with an observer that estimates an unknown torque as a further state",
-        system=joined("load-robust compensator", law, observer),
+        controller=_compensator(law, observer),
         tuned=_scales(),
         proposed=True,
     )
@@ -148,9 +148,7 @@ def gain_numbers(contender: Contender, chosen: dict[str, float]) -> dict[str, fl
     third pole; `law_pole` and `observer_pole` put all there: the law's
     with damping 0.9, the observer's spread by ±10 %.
     """
-    names = {p.name for p in contender.system.parameters}
-    order = len([n for n in names if n.startswith("k")])
-    size = len([n for n in names if n.startswith("l")])
+    order, size = (len({n for n in contender.parameters if n.startswith(stem)}) for stem in "kl")
     numbers: dict[str, float] = {}
     law = np.array([*(chosen.get("law_scale", 0.0) * np.array(LAW_PAIR)), -chosen.get("law_third", 0.0)])
     observer = chosen.get("observer_scale", 0.0) * np.array(OBSERVER_POLES)
@@ -176,26 +174,14 @@ def _scales() -> tuple[Tuned, ...]:
     )
 
 
-def joined(name: str, law: Law, observer: Observer) -> System:
-    """The observer driven by the voltage that the motor really gets, and the law on its estimates."""
-    compensator(law, observer)  # refuses an observer that does not fit the law
-    estimates = dict(zip((s.name for s in observer.system.outputs), observer.system.readouts, strict=True))
-    applied = {sp.Symbol("u", real=True): sp.Symbol("u_applied", real=True)}
-    seen = {s.symbol: estimates[f"{s.name}_hat"] for s in law.form.system.states}
-    references = tuple(s for s in law.system.inputs if s.symbol not in seen)
-    whole = System(
-        name=name,
-        states=observer.system.states,
-        rates=tuple(e.xreplace(applied) for e in observer.system.inline(observer.system.rates)),
-        inputs=(Signal(name="y"), Signal(name="u_applied"), *references),
-        outputs=(Signal(name="u", unit="V"),),
-        readouts=tuple(e.xreplace(seen) for e in law.system.inline(law.system.readouts)),
-        parameters=law.system.parameters,
+def _compensator(law: Law, observer: Observer) -> Compensator:
+    return compensator(
+        replace(law, system=_without_idle_parameters(law.system)),
+        replace(observer, system=_without_idle_parameters(observer.system)),
     )
-    return replace(whole, parameters=_used(whole))
 
 
-def _used(system: System) -> tuple[Parameter, ...]:
-    """The parameters that occur."""
+def _without_idle_parameters(system: System) -> System:
+    """The system with the parameters that occur in it."""
     symbols = set().union(*(e.free_symbols for e in (*system.inline(system.rates), *system.inline(system.readouts))))
-    return tuple(p for p in system.parameters if p.symbol in symbols)
+    return replace(system, parameters=tuple(p for p in system.parameters if p.symbol in symbols))

@@ -10,9 +10,10 @@ from matplotlib.ticker import NullLocator
 
 from ulna.plot import Curve, Panel, plot_panels
 from ulna.plot.style import INK, MUTED, colour, dress, new_figure
-from ulna.studies.prosthesis.compare import Comparison
+from ulna.studies.prosthesis.comparison import Comparison
 from ulna.studies.prosthesis.demonstration import Demonstration
 from ulna.studies.prosthesis.tasks import Task
+from ulna.studies.prosthesis.trial import ANGLE, CURRENT
 
 _EVERY = 10
 SHOWN_ERROR = 2.0
@@ -28,10 +29,10 @@ def task_figure(found: Comparison, key: str) -> Figure:
     for hue, contender in enumerate(found.contenders):
         run = found.entries[contender.key, key].nominal
         dash = 0 if contender.proposed else 1
-        angles.append(Curve(label=contender.title, times=times, values=_degrees(run.angle[0]), hue=hue, dash=dash))
-        error = np.clip(_degrees(run.angle[0] - task.reference[0]), -SHOWN_ERROR, SHOWN_ERROR)
+        angles.append(Curve(label=contender.title, times=times, values=_degrees(run[ANGLE][0]), hue=hue, dash=dash))
+        error = np.clip(_degrees(run[ANGLE][0] - task.reference[0]), -SHOWN_ERROR, SHOWN_ERROR)
         errors.append(Curve(label="", times=times, values=error, hue=hue, dash=dash))
-        currents.append(Curve(label="", times=times, values=run.current[0, ::_EVERY], hue=hue, dash=dash))
+        currents.append(Curve(label="", times=times, values=run[CURRENT][0, ::_EVERY], hue=hue, dash=dash))
     return plot_panels(
         (
             Panel(quantity="angle", unit="deg", curves=tuple(angles)),

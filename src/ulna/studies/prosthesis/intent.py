@@ -90,7 +90,7 @@ class Intent:
     selected: np.ndarray
 
 
-def intent(
+def read_intent(
     proportion: AbstractProportion,
     activation: np.ndarray,
     memory: IntentMemory,

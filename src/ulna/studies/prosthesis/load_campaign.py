@@ -3,179 +3,170 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+import os
+from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
+import sympy as sp
 
+from ulna.campaign import CampaignResult, Measures, Random, Uniform, Window, campaign
 from ulna.design import Track
+from ulna.loop import Loop, Parts, joined
 from ulna.plants import Preset
-from ulna.sim.references import minimum_jerk
-from ulna.studies.prosthesis.designs import joined
+from ulna.sim import FixedSteps, Formula, Held
+from ulna.sim.references import Reference, minimum_jerk
+from ulna.studies.prosthesis.hardware import hardware_of
 from ulna.studies.prosthesis.load_robust_designs import SPREAD, TUNINGS, load_robust_design
-from ulna.studies.prosthesis.plant import Bench, Draws, bench_of, draws_of
-from ulna.studies.prosthesis.tasks import PERIOD, Task
-from ulna.studies.prosthesis.trial import (
-    NOISE,
-    Runs,
-    compiled_control,
-    compiled_plant,
-    hardware_of,
-    plant_steps,
-    run_loop,
-)
-from ulna.system import System
+from ulna.studies.prosthesis.plant import Bench, bench_of
+from ulna.studies.prosthesis.tasks import PERIOD
+from ulna.studies.prosthesis.trial import plant_steps
+from ulna.system import Parameter, Signal, System, connect
 
 VOLTAGE, CURRENT = 60.0, 60.0
 """V and A, limits of the paper's arm, which names none: a choice."""
 SECONDS = 6.5
 """s of every run."""
 FIRST, SECOND = 0.8, 3.0
-"""s when the motion to the set point and the one to its other side begin."""
+"""s when the motion to one side and the one to the other side begin."""
 WINDOW = 0.5
 """s before the second motion and before the end over which the arm must rest."""
 WIDEST = math.radians(60.0)
-"""Largest set point, either side."""
-_CHUNK = 200
+"""Largest angle at the end, either side."""
+SHAPES = ("shape", "shape_d1", "shape_d2", "shape_d3")
+WINDOWS = (
+    Window(signal="theta", begin=SECOND - WINDOW, end=SECOND - PERIOD, name="first"),
+    Window(signal="theta", begin=SECONDS - WINDOW + PERIOD, end=SECONDS, name="second"),
+    Window(signal="theta", begin=SECOND, end=SECONDS, name="back"),
+    Window(signal="i", begin=0.0, end=SECONDS),
+    Window(signal="u_cut", begin=PERIOD, end=SECONDS),
+)
+
+Columns = CampaignResult | Mapping[str, np.ndarray]
+"""(N,) of every figure by name."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LoadCampaign:
-    """Runs of one controller on many plants.
-
-    Attributes:
-        preset: the arm; voltage, current: limits in V and A.
-        loads: (N, 2) kg before and after the change; resistances: (N,) ohm; set_points: (N,) rad of the first motion,
-            the negative of it of the second: what was drawn.
-        errors: (N, 2) largest |angle − set point| in the windows after either motion, degrees; infinite where it is
-            no number.
-        overshoot: (N,) of the second motion, % of its way. peak_current: (N,) A.
-        limited: (N,) % of the samples at which the drive could not give what was asked.
-    """
-
-    preset: Preset
-    voltage: float
-    current: float
-    loads: np.ndarray
-    resistances: np.ndarray
-    set_points: np.ndarray
-    errors: np.ndarray
-    overshoot: np.ndarray
-    peak_current: np.ndarray
-    limited: np.ndarray
-
-    @property
-    def worst_error(self) -> float:
-        """Largest of `errors`."""
-        return float(self.errors.max())
-
-    def missed(self, tolerance: float = 0.2) -> np.ndarray:
-        """(N,) whether a run does not come to rest within so many degrees, both times."""
-        return ~(self.errors.max(axis=1) <= tolerance)
-
-
-def load_campaign(
+def run_load_campaign(
     preset: Preset,
     runs: int,
     *,
     seed: int = 0,
-    threads: int = 2,
-    loads: tuple[float, float] | None = None,
+    load: float | None = None,
     current: float | None = None,
     voltage: float | None = None,
-) -> LoadCampaign:
+    store: str | os.PathLike[str] | None = None,
+) -> CampaignResult:
     """The preset's load-robust compensator at 1 kHz behind encoder, noise, one sample of delay, and the drive's limits.
 
     Every run begins at rest in the horizontal without current, so that the arm falls first. A minimum-jerk motion takes
-    it to the set point, up to 60° either side, another one to the opposite angle; half-way there the load is picked up
-    or dropped, wholly or in part. Loads (0 … heaviest), armature resistance (±20 %) and set point are drawn evenly.
-    Limits are voltage, battery and peak current of the preset; there are no stops. The same numbers for the same
-    arguments, whatever the number of threads.
+    it to −`end`, up to 60° either side, another one to `end`; half-way there the load is picked up or dropped, wholly
+    or in part. Loads `m2` and `m2_after` (0 … heaviest), armature resistance `Ra` (±20 %) and `end` are drawn evenly.
+    Limits are voltage, battery and peak current of the preset; there are no stops.
 
     Args:
         preset: an arm with a load-robust design.
         runs: how many.
         seed: of the draws and of the encoder's noise.
-        threads: how many to use.
-        loads: kg, range of the draws in place of 0 … heaviest; twice the same for a load that stays.
+        load: kg, one that stays, in place of the draws.
         current, voltage: limits in A and V in place of the preset's.
+        store: a folder for the results, where a campaign that was interrupted goes on.
+
+    Returns:
+        The campaign; `rest_errors`, `missed`, `overshoot` and `peak_current` read it, `mean_u_cut` is the share of
+        samples at which the drive could not give what was asked.
 
     Raises:
         PlantError: for a preset without a tuning.
         OptionalDependencyError: without Numba, the extra [campaign].
     """
     bench = bench_of(preset)
-    design = load_robust_design(preset, reference=Track()).compensator
-    controller = joined("load-robust compensator", design.law, design.observer)
-    random = np.random.default_rng(seed)
-    low, high = loads or (0.0, TUNINGS[preset.name].heaviest * bench.value("m2"))
-    carried = random.uniform(low, high, (runs, 2))
-    resistances = bench.value("Ra") * random.uniform(*SPREAD, runs)
-    set_points = random.uniform(-WIDEST, WIDEST, runs)
     volts = voltage or (VOLTAGE if math.isinf(bench.voltage) else bench.voltage)
     amperes = current or (CURRENT if math.isinf(bench.current) else bench.current)
-    compiled_plant(bench.plant)
-    compiled_control(controller)
-
-    def chunk(first: int) -> np.ndarray:
-        rows = slice(first, first + _CHUNK)
-        noise = np.random.default_rng([seed, first])
-        drawn = (carried[rows], resistances[rows], set_points[rows])
-        return _figures(_runs(bench, controller, drawn, (volts, amperes), noise), set_points[rows])
-
-    with ThreadPoolExecutor(max_workers=threads) as pool:
-        table = np.concatenate(list(pool.map(chunk, range(0, runs, _CHUNK))))
-    return LoadCampaign(
-        preset=preset,
-        voltage=volts,
-        current=amperes,
-        loads=carried,
-        resistances=resistances,
-        set_points=set_points,
-        errors=table[:, :2],
-        overshoot=table[:, 2],
-        peak_current=table[:, 3],
-        limited=table[:, 4],
+    bench = replace(bench, voltage=volts, current=amperes, walls=(-math.inf, math.inf))
+    vary = {
+        "Ra": Uniform(low=bench.value("Ra") * SPREAD[0], high=bench.value("Ra") * SPREAD[1]),
+        "end": Uniform(low=-WIDEST, high=WIDEST),
+    }
+    if load is None:
+        vary |= dict.fromkeys(
+            ("m2", "m2_after"), Uniform(low=0.0, high=TUNINGS[preset.name].heaviest * bench.value("m2"))
+        )
+    loop = Loop(plant=_plant(bench), controller=_controller(preset), hardware=hardware_of(bench))
+    return campaign(
+        loop,
+        Random(vary=vary, runs=runs, seed=seed),
+        Measures(targets={"y": "end"}, windows=WINDOWS),
+        horizon=SECONDS,
+        engine=FixedSteps(number=plant_steps(bench)),
+        parameters={} if load is None else {"m2": load, "m2_after": load},
+        inputs=_inputs(bench, loop),
+        store=store,
     )
 
 
-def _runs(
-    bench: Bench,
-    controller: System,
-    drawn: tuple[np.ndarray, np.ndarray, np.ndarray],
-    limits: tuple[float, float],
-    random: np.random.Generator,
-) -> Runs:
-    carried, resistances, set_points = drawn
-    count = len(carried)
-    names = [p.name for p in bench.plant.parameters]
-    table = np.tile(draws_of(bench, 1).parameters, (count, 1))
-    table[:, names.index("m2")], table[:, names.index("Ra")] = carried[:, 0], resistances
-    task = _task(bench)
-    draws = Draws(parameters=table, seed=0)
-    hardware = hardware_of(bench, draws)
-    hardware[:, 1], hardware[:, 4] = limits
-    hardware[:, 7:] = np.stack(
-        [np.full(count, -math.inf), np.full(count, math.inf), set_points, carried[:, 1] - carried[:, 0]], axis=1
-    )
-    plant = compiled_plant(bench.plant)
-    return run_loop(
-        plant.function,
-        plant.numbers(table),
-        controller,
-        np.zeros(0),
-        np.zeros(len(controller.states)),
-        plant_steps(bench),
-        np.zeros((count, 3)),
-        np.zeros(count),
-        task,
-        NOISE * bench.step * random.standard_normal((count, task.count + 1)),
-        hardware,
+def rest_errors(found: Columns) -> np.ndarray:
+    """(N, 2) largest |angle − wanted| in the windows after either motion, degrees; infinite of a run that was lost."""
+    columns = []
+    for name, wanted in (("first", -found["end"]), ("second", found["end"])):
+        least, most = (np.abs(found[f"{end}_theta_{name}"] - wanted) for end in ("least", "most"))
+        columns.append(np.degrees(np.maximum(least, most)))
+    return np.nan_to_num(np.stack(columns, axis=1), nan=math.inf)
+
+
+def missed(found: Columns, tolerance: float = 0.2) -> np.ndarray:
+    """(N,) whether a run does not come to rest within so many degrees, both times."""
+    return rest_errors(found).max(axis=1) > tolerance
+
+
+def peak_current(found: Columns) -> np.ndarray:
+    """(N,) largest |current|, A."""
+    return np.maximum(-found["least_i"], found["most_i"])
+
+
+def overshoot(found: Columns) -> np.ndarray:
+    """(N,) of the second motion, as a part of its way."""
+    end = found["end"]
+    return np.maximum(0.0, np.where(end > 0, found["most_theta_back"], found["least_theta_back"]) / end - 1) / 2
+
+
+def _plant(bench: Bench) -> System:
+    """The arm whose load changes from m2 to m2_after when the input `changed` goes from 0 to 1."""
+    after = Parameter(name="m2_after", unit="kg", value=bench.preset.value("m2"), text="load after the change")
+    changed = Signal(name="changed", text="1: the load has changed")
+    taken = {sp.Symbol("load", real=True): (after.symbol - sp.Symbol("m2", real=True)) * changed.symbol}
+    return replace(
+        bench.plant,
+        rates=tuple(rate.xreplace(taken) for rate in bench.plant.inline(bench.plant.rates)),
+        inputs=tuple(changed if s.name == "load" else s for s in bench.plant.inputs),
+        parameters=(*bench.plant.parameters, after),
     )
 
 
-def _task(bench: Bench) -> Task:
-    """Motions from 0 to 1 rad and on to −1 rad, of which each run does its own multiple, slow enough for the widest."""
+def _controller(preset: Preset) -> Parts:
+    """The load-robust compensator behind a part that makes its references: −`end` times a motion to 1 and on to −1."""
+    design = load_robust_design(preset, reference=Track()).compensator
+    law, observer = design.law.system, design.observer.system
+    names = [s.name for s in law.inputs if s.name.startswith("y_ref")]
+    end, shapes = sp.Symbol("end", real=True), [name.replace("y_ref", "shape") for name in names]
+    motion = System(
+        name="motion",
+        states=(),
+        rates=(),
+        inputs=tuple(Signal(name=name) for name in ("end", *shapes)),
+        outputs=tuple(Signal(name=name) for name in names),
+        readouts=tuple(-end * sp.Symbol(shape, real=True) for shape in shapes),
+    )
+    moved = connect(
+        {"motion": motion, "law": law},
+        {f"law.{name}": f"motion.{name}" for name in names},
+        outputs=["law.u"],
+        name="load-robust law with its motions",
+    )
+    return Parts(system=joined(moved, observer, name="load-robust compensator"), law=moved, observer=observer)
+
+
+def _motions(bench: Bench) -> tuple[Reference, Reference]:
+    """From 0 to 1 rad and on to −1 rad, slow enough for the widest multiple."""
     limits = replace(
         bench.motion,
         speed=bench.motion.speed / WIDEST,
@@ -183,23 +174,17 @@ def _task(bench: Bench) -> Task:
         lower=-1.0,
         upper=1.0,
     )
-    out, back = (minimum_jerk(*ends, limits=limits, begin=begin) for *ends, begin in ((0, 1, FIRST), (1, -1, SECOND)))
-    times = PERIOD * np.arange(round(SECONDS / PERIOD) + 1)
-    second = times >= SECOND - PERIOD / 2
-    rows = np.where(second, back.samples(times, derivatives=3), out.samples(times, derivatives=3))
-    changed = np.where(times < SECOND + back.duration / 2 - PERIOD / 2, 0.0, 1.0)
-    return Task(key="loads", title="", reference=rows, load=changed, push=0.0 * times, start=0.0, event=SECOND)
+    out = minimum_jerk(0.0, 1.0, limits=limits, begin=FIRST)
+    return out, minimum_jerk(1.0, -1.0, limits=limits, begin=SECOND)
 
 
-def _figures(runs: Runs, set_points: np.ndarray) -> np.ndarray:
-    """(D, 5) errors after either motion, overshoot of the second, peak current, share of limited samples."""
-    turn, window = round(SECOND / PERIOD), round(WINDOW / PERIOD)
-    table = np.empty((len(set_points), 5))
-    for column, (end, sign) in enumerate(((turn, 1.0), (runs.angle.shape[1], -1.0))):
-        error = np.abs(runs.angle[:, end - window : end] - sign * set_points[:, None]).max(axis=1)
-        table[:, column] = np.where(np.isfinite(error), np.degrees(error), math.inf)
-    beyond = -runs.angle[:, turn:] / set_points[:, None] - 1
-    table[:, 2] = 50 * np.maximum(0.0, beyond.max(axis=1))
-    table[:, 3] = np.abs(runs.current).max(axis=1)
-    table[:, 4] = 100 * runs.limited[:, 1:].mean(axis=1)
-    return table
+def _inputs(bench: Bench, loop: Loop) -> dict[str, Formula | Held]:
+    """The shape of the motions with its derivatives, and when the load changes."""
+    out, back = _motions(bench)
+    wanted = {s.name for s in loop.references}
+    shapes = [out.expression(derivative=k) + back.expression(derivative=k) for k in range(len(SHAPES))]
+    shapes[0] = shapes[0] - 1
+    return {
+        **{name: Formula(expression=each) for name, each in zip(SHAPES, shapes, strict=True) if name in wanted},
+        "changed": Held(times=np.array([0.0, SECOND + back.duration / 2]), values=np.array([0.0, 1.0])),
+    }

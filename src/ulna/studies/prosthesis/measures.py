@@ -9,9 +9,10 @@ from functools import cache
 import numpy as np
 
 from ulna.plants import Heating
+from ulna.sim import last_entry, output_figures
 from ulna.studies.prosthesis.plant import Bench
 from ulna.studies.prosthesis.tasks import PERIOD, Task
-from ulna.studies.prosthesis.trial import Runs
+from ulna.studies.prosthesis.trial import ANGLE, CURRENT, LIMITED, VOLTAGE, Runs
 
 TREMOR = (4.0, 12.0)
 """Hz: the band of tremor, in which a prosthesis must not move by itself."""
@@ -42,34 +43,36 @@ UNITS: Mapping[str, str] = {
 """Unit of every measure, for tables and files."""
 
 
-def measures(bench: Bench, task: Task, runs: Runs) -> dict[str, np.ndarray]:
+def measure(bench: Bench, task: Task, runs: Runs) -> dict[str, np.ndarray]:
     """(D,) of every measure; infinite where a motion never rises or settles, NaN where it does not apply.
 
-    rise: 10 to 90 % of the way. settling: from the start of the motion, or the event, until the error stays within 1°.
+    rise: 10 to 90 % of the way. settling: from the start of the motion, or the event, until the error stays within 1°,
+    straight lines between the samples.
     overshoot: beyond the target, share of the way. steady_error: mean |error| of the last half second. energy: ∫ u i dt
     into the motor, what comes back counted. power: its mean. power_with_brake: the same with a brake that holds from
     half a second after settling on, the motor off. warming: of the winding at the end, two-node model from cold,
     constant resistance. ripple: RMS of the error in 4 to 12 Hz, from one second after the start. chatter: RMS of the
     voltage's change between samples. limited: share of samples at which the drive could not give what was asked.
     """
-    error = runs.angle - task.reference[0]
-    power = runs.voltage * runs.current
-    settled = _settling(task, error)
+    error = runs[ANGLE] - task.reference[0]
+    power = runs[VOLTAGE] * runs[CURRENT]
+    distance = np.abs(runs[ANGLE] - task.reference[0, -1] if task.reaches else error)
+    settled = np.maximum(0.0, last_entry(task.times, distance, SETTLED) - task.event)
     found = {
-        **_way(task, runs.angle),
+        **_way(task, runs[ANGLE]),
         "settling": settled,
         "steady_error": np.degrees(np.abs(error[:, -round(STEADY / PERIOD) :]).mean(axis=1)),
         "rms_error": np.degrees(np.sqrt(np.mean(error**2, axis=1))),
         "peak_error": np.degrees(np.abs(error).max(axis=1)),
-        "peak_current": np.abs(runs.current).max(axis=1),
-        "rms_current": np.sqrt(np.mean(runs.current**2, axis=1)),
+        "peak_current": np.abs(runs[CURRENT]).max(axis=1),
+        "rms_current": np.sqrt(np.mean(runs[CURRENT] ** 2, axis=1)),
         "energy": power.sum(axis=1) * PERIOD,
         "power": power.mean(axis=1),
         "power_with_brake": _braked(task, power, settled),
-        "warming": _warming(bench, runs.current),
+        "warming": _warming(bench, runs[CURRENT]),
         "ripple": np.degrees(_ripple(error)),
-        "chatter": np.sqrt(np.mean(np.diff(runs.voltage, axis=1) ** 2, axis=1)),
-        "limited": 100 * runs.limited[:, 1:].mean(axis=1),
+        "chatter": np.sqrt(np.mean(np.diff(runs[VOLTAGE], axis=1) ** 2, axis=1)),
+        "limited": 100 * runs[LIMITED][:, 1:].mean(axis=1),
     }
     return {name: found[name] for name in UNITS}
 
@@ -84,18 +87,8 @@ def _way(task: Task, angle: np.ndarray) -> dict[str, np.ndarray]:
     done = np.where((progress >= 0.9).any(axis=1), (progress >= 0.9).argmax(axis=1), math.inf)
     with np.errstate(invalid="ignore"):
         rise = np.where(np.isfinite(done), (done - first) * PERIOD, math.inf)
-    return {"rise": rise, "overshoot": 100 * np.maximum(0.0, progress.max(axis=1) - 1)}
-
-
-def _settling(task: Task, error: np.ndarray) -> np.ndarray:
-    outside = (
-        ~(np.abs(error - 0.0) <= SETTLED)
-        if not task.reaches
-        else ~(np.abs(error + task.reference[0] - task.reference[0, -1]) <= SETTLED)
-    )
-    count = error.shape[1]
-    last = np.where(outside.any(axis=1), count - 1 - outside[:, ::-1].argmax(axis=1), -1)
-    return np.where(last == count - 1, math.inf, np.maximum(0.0, (last + 1) * PERIOD - task.event))
+    ends = angle[:, -1], angle.min(axis=1), angle.max(axis=1)
+    return {"rise": rise, "overshoot": 100 * output_figures(target, start, *ends, 0.0).overshoot}
 
 
 def _braked(task: Task, power: np.ndarray, settled: np.ndarray) -> np.ndarray:

@@ -9,9 +9,9 @@ from itertools import pairwise
 from ulna.plants import hold, torque_margin
 from ulna.report import Badge, Block, Cell, Document, Fold, Picture, Section, Table, Text, Tone
 from ulna.studies.prosthesis.baselines import VISUAL_DELAY
-from ulna.studies.prosthesis.compare import Comparison
+from ulna.studies.prosthesis.comparison import Comparison
+from ulna.studies.prosthesis.hardware import NOISE
 from ulna.studies.prosthesis.plant import Bench
-from ulna.studies.prosthesis.trial import NOISE
 from ulna.studies.prosthesis.verdict import SHARE, advice_text, recommendation, standings
 
 COLUMNS: tuple[tuple[str, str, str], ...] = (

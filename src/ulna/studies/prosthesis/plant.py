@@ -36,7 +36,7 @@ COMFORTABLE_ACCELERATION = 10.0
 """rad/s² that a motion asks for at most (choice)."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Bench:
     """A preset on the bench, in SI.
 

@@ -13,8 +13,8 @@ from rich.table import Table as TextTable
 from ulna.plants import preset, presets
 from ulna.plot.save import svg_text
 from ulna.report import output_folder, render_page, results_text
-from ulna.studies.prosthesis.animation import animation
-from ulna.studies.prosthesis.compare import Comparison, compare, plain_results
+from ulna.studies.prosthesis.animation import animate
+from ulna.studies.prosthesis.comparison import Comparison, compare, plain_results
 from ulna.studies.prosthesis.demonstration import demonstrate
 from ulna.studies.prosthesis.emg_recording import read_recording
 from ulna.studies.prosthesis.figures import demonstration_figure, spread_figure, task_figure
@@ -107,7 +107,7 @@ def _pictures(found: Comparison) -> dict[str, str]:
     """Every figure of an arm as SVG text by name."""
     name = found.bench.preset.name
     pictures = {
-        f"{name}-animation": animation(found),
+        f"{name}-animation": animate(found),
         f"{name}-spread": svg_text(spread_figure(found), prefix=f"{name}-spread-"),
     }
     for key in CURVES:

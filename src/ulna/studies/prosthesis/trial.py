@@ -3,37 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import cache, lru_cache
-from importlib.util import find_spec
-from typing import Any
+from collections.abc import Mapping
+from functools import lru_cache
 
 import numpy as np
-import sympy as sp
 
-from ulna.base import OptionalDependencyError
-from ulna.studies.prosthesis.contender import CONTROL_INPUTS, Contender
+from ulna.loop import Loop
+from ulna.sim import FixedSteps, Held, Paths, simulate
+from ulna.studies.prosthesis.baselines import DIFFERENTIATOR, VISUAL_DELAY
+from ulna.studies.prosthesis.contender import Contender
 from ulna.studies.prosthesis.designs import gain_numbers
-from ulna.studies.prosthesis.lanes import LANES, Block, block
+from ulna.studies.prosthesis.hardware import NOISE, hardware_of
 from ulna.studies.prosthesis.plant import Bench, Draws
 from ulna.studies.prosthesis.tasks import PERIOD, Task
-from ulna.system import System
 
-NOISE = 0.3
-"""Standard deviation of the noise before the encoder's quantiser, in codes (choice)."""
 STIFFNESS = 2.0
 """Largest Runge-Kutta step of the plant in electrical time constants La/Ra; 2.78 is the bound of stability."""
+ANGLE, CURRENT, VOLTAGE, LIMITED = "theta", "i", "u", "u_cut"
+
+Runs = Mapping[str, np.ndarray]
+"""(D, N) of D plants at N samples in SI: `ANGLE`, `CURRENT`, `VOLTAGE`, and `LIMITED`, 1 where the drive could not give
+what was asked."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Runs:
-    """Trajectories of D plants at N samples, in SI; `limited` where the drive could not give what was asked."""
-
-    angle: np.ndarray
-    current: np.ndarray
-    voltage: np.ndarray
-    limited: np.ndarray
+@lru_cache(maxsize=64)
+def loop_of(bench: Bench, contender: Contender) -> Loop:
+    """The contender on the bench."""
+    return Loop(plant=bench.plant, controller=contender.controller, hardware=hardware_of(bench))
 
 
 def run_trial(
@@ -45,90 +41,31 @@ def run_trial(
 
     Args:
         finer: so many times more steps of the plant than needed, to check the steps.
+
+    Raises:
+        OptionalDependencyError: without Numba.
     """
-    plant = compiled_plant(bench.plant)
-    return run_on(bench, contender, chosen, task, draws, plant.function, plant.numbers(draws.parameters), finer=finer)
-
-
-def run_on(
-    bench: Bench,
-    contender: Contender,
-    chosen: Mapping[str, float],
-    task: Task,
-    draws: Draws,
-    plant: Any,
-    numbers: np.ndarray,
-    *,
-    finer: int = 1,
-) -> Runs:
-    """`run_trial` with the plants' rates as a function of `loop.run_blocks` and the (D, P) numbers that it wants."""
-    starts, voltages = starts_at_rest(bench, task, draws)
-    return run_loop(
-        plant,
-        numbers,
-        contender.system,
-        control_numbers(bench, contender, chosen),
-        first_memory(bench, contender, chosen, task),
-        finer * plant_steps(bench),
-        starts,
-        voltages,
-        task,
-        encoder_noise(bench.step, task.key, task.count, draws.count, draws.seed),
-        hardware_of(bench, draws),
+    loop = loop_of(bench, contender)
+    plant = dict(zip((p.name for p in bench.plant.parameters), draws.parameters.T, strict=True))
+    found = simulate(
+        loop,
+        {**starts_at_rest(task, plant), **first_memory(bench, contender, chosen, task)},
+        PERIOD * task.count,
+        inputs=inputs_of(loop, task) | {"y_noise": encoder_noise(bench.step, task.key, task.count, draws)},
+        parameters=plant | control_numbers(bench, contender, chosen),
+        engine=FixedSteps(number=finer * plant_steps(bench)),
+        record=Paths(ANGLE, CURRENT, VOLTAGE, LIMITED),
+        threads=1,
     )
+    return found.paths
 
 
-def run_loop(
-    plant: Any,
-    plant_numbers: np.ndarray,
-    controller: System,
-    values: np.ndarray,
-    memory: np.ndarray,
-    steps: int,
-    starts: np.ndarray,
-    voltages: np.ndarray,
-    task: Task,
-    noise: np.ndarray,
-    hardware: np.ndarray,
-) -> Runs:
-    """Any controller on D plants at a task.
-
-    Args:
-        plant: rates of a block; plant_numbers: (D, P) what they want.
-        controller: its inputs among `CONTROL_INPUTS`; values: (Q,) of its parameters, in order; memory: (m,) at first.
-        steps: of the plant a period. starts: (D, n) plant states; voltages: (D,) on the motor at first.
-        noise: (D, N) rad. hardware: (D, 11), see `loop.run_blocks`.
-    """
-    command, rates = compiled_control(controller)
-    record = np.empty((4, len(starts), task.count + 1))
-    _loop()(
-        plant,
-        command.function,
-        rates.function,
-        LANES,
-        PERIOD,
-        steps,
-        starts,
-        memory[None, :],
-        voltages[:, None],
-        plant_numbers,
-        command.numbers(values[None, :]),
-        rates.numbers(values[None, :]),
-        np.ascontiguousarray(task.reference),
-        task.load,
-        task.push,
-        noise,
-        hardware,
-        record,
-    )
-    return Runs(angle=record[0], current=record[1], voltage=record[2], limited=record[3])
-
-
-def prepare(bench: Bench, contender: Contender) -> None:
-    """Compile what a trial needs, so that threads find it ready."""
-    _loop()
-    compiled_plant(bench.plant)
-    compiled_control(contender.system)
+def inputs_of(loop: Loop, task: Task) -> dict[str, Held]:
+    """Load and push, and of the reference and its derivatives what the controller reads."""
+    rows = {"load": task.load, "push": task.push}
+    rows |= zip(("y_ref", "y_ref_d1", "y_ref_d2", "y_ref_d3"), task.reference, strict=True)
+    wanted = (*loop.disturbances, *loop.references)
+    return {s.name: Held.known(times=task.times, values=rows[s.name]) for s in wanted}
 
 
 def plant_steps(bench: Bench) -> int:
@@ -136,46 +73,37 @@ def plant_steps(bench: Bench) -> int:
     return max(1, math.ceil(PERIOD / bench.electrical_time * 1.2 / STIFFNESS))
 
 
-def control_numbers(bench: Bench, contender: Contender, chosen: Mapping[str, float]) -> np.ndarray:
-    """(Q,) the numbers of the contender's system, in the order of its parameters."""
-    from ulna.studies.prosthesis.baselines import DIFFERENTIATOR, VISUAL_DELAY
-
-    known = dict(bench.lumps) | dict(chosen) | gain_numbers(contender, dict(chosen))
+def control_numbers(bench: Bench, contender: Contender, chosen: Mapping[str, float]) -> dict[str, float]:
+    """The numbers of the contender's formulas by name."""
+    known = {**bench.lumps, **chosen, **gain_numbers(contender, dict(chosen))}
     known |= {"T_d": DIFFERENTIATOR, "T_see": VISUAL_DELAY, "v_max": 1.2 * bench.motion.speed}
     known["u_max"] = bench.voltage if bench.voltage < math.inf else 1e9
-    return np.array([known[p.name] for p in contender.system.parameters])
+    return {name: known[name] for name in contender.parameters}
 
 
 @lru_cache(maxsize=6)
-def encoder_noise(step: float, key: str, count: int, plants: int, seed: int) -> np.ndarray:
-    """(D, N) noise in rad before the quantiser of a task of this key, the same for every controller."""
+def _noise(step: float, key: str, count: int, plants: int, seed: int) -> Held:
     generator = np.random.default_rng([seed, sum(map(ord, key))])
-    noise = NOISE * step * generator.standard_normal((plants, count + 1))
-    noise.flags.writeable = False
-    return noise
+    values = NOISE * step * generator.standard_normal((plants, count + 1))
+    # In columns, as the loop reads it.
+    return Held.known(times=PERIOD * np.arange(count + 1), values=np.asfortranarray(values))
 
 
-def hardware_of(bench: Bench, draws: Draws) -> np.ndarray:
-    """(D, 11) the rows that the loop wants; see `run_blocks`. The amplifier measures current: it knows each winding."""
-    ohms = draws.parameters[:, [p.name for p in bench.plant.parameters].index("Ra")]
-    before = (bench.step, bench.voltage, bench.cell, bench.cell_resistance, bench.current)
-    after = (bench.value("N") * bench.value("kb"), *bench.walls, 1.0, 1.0)
-    return np.array([[*before, each, *after] for each in ohms])
+def encoder_noise(step: float, key: str, count: int, draws: Draws) -> Held:
+    """Noise in rad before the quantiser of each plant at a task of this key, the same for every controller."""
+    return _noise(step, key, count, draws.count, draws.seed)
 
 
-def starts_at_rest(bench: Bench, task: Task, draws: Draws) -> tuple[np.ndarray, np.ndarray]:
-    """(D, 3) states at rest and (D,) voltages that hold them."""
-    names = [p.name for p in bench.plant.parameters]
-    m1, m2, b, g, n, km, eta, ohms = (
-        draws.parameters[:, names.index(k)] for k in ("m1", "m2", "b", "g", "N", "km", "eta", "Ra")
-    )
+def starts_at_rest(task: Task, plant: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """(D,) states of plants with these (D,) parameters at rest, and the voltages that hold them."""
+    m1, m2, b, g, n, km, eta, ohms = (plant[name] for name in ("m1", "m2", "b", "g", "N", "km", "eta", "Ra"))
     moment = (m2 + task.load[0] + m1 / 2) * g * b * math.cos(task.start)
     current = -moment / (eta * n * km)
-    angle = np.full(draws.count, task.start)
-    return np.stack([angle, np.zeros(draws.count), current], axis=1), ohms * current
+    angle = np.full_like(current, task.start)
+    return {"theta": angle, "omega": np.zeros_like(current), "i": current, "u": ohms * current}
 
 
-def first_memory(bench: Bench, contender: Contender, chosen: Mapping[str, float], task: Task) -> np.ndarray:
+def first_memory(bench: Bench, contender: Contender, chosen: Mapping[str, float], task: Task) -> dict[str, float]:
     """The controller's memory at first: what holds the nominal arm at rest; a practised user knows it too."""
     lumps = bench.lumps
     current = -lumps["c1"] / lumps["c3"] * math.cos(task.start)
@@ -189,45 +117,5 @@ def first_memory(bench: Bench, contender: Contender, chosen: Mapping[str, float]
         "servo_lag": task.start,
         "pid_lag": task.start,
     }
-    return np.array([known.get(s.name, 0.0) for s in contender.system.states])
-
-
-def compiled_plant(plant: System) -> Block:
-    """The plant's rates. Presets differ in numbers only, so that all of them share one function."""
-    rates = plant.inline(plant.rates)
-    return _rates_block("bench", rates, plant.state_symbols, plant.input_symbols, plant.parameter_symbols)
-
-
-@lru_cache(maxsize=32)
-def compiled_control(system: System) -> tuple[Block, Block]:
-    """The controller's command, and the rates of its memory."""
-    inputs = tuple(sp.Symbol(name, real=True) for name in CONTROL_INPUTS)
-    symbols = system.state_symbols, inputs, system.parameter_symbols
-    command = block(system.name, *symbols, {"u": system.inline(system.readouts)[0]})
-    return command, _rates_block(system.name, system.inline(system.rates), *symbols)
-
-
-@lru_cache(maxsize=32)
-def _rates_block(
-    name: str,
-    rates: tuple[sp.Expr, ...],
-    states: tuple[sp.Symbol, ...],
-    inputs: tuple[sp.Symbol, ...],
-    parameters: tuple[sp.Symbol, ...],
-) -> Block:
-    return block(name, states, inputs, parameters, {f"rate{k}": e for k, e in enumerate(rates)})
-
-
-@cache
-def _loop() -> Callable[..., None]:
-    """`run_blocks`, compiled.
-
-    Raises:
-        OptionalDependencyError: without Numba.
-    """
-    if find_spec("numba") is None:
-        raise OptionalDependencyError("the comparison of controllers", "campaign")
-    # Late: its import compiles.
-    from ulna.studies.prosthesis.loop import run_blocks
-
-    return run_blocks
+    memory = {s.name for s in loop_of(bench, contender).wiring.memory}
+    return {name: value for name, value in known.items() if name in memory}

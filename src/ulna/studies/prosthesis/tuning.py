@@ -16,14 +16,13 @@ import numpy as np
 
 from ulna.plants import hold, preset, presets
 from ulna.studies.prosthesis.contender import Contender
-from ulna.studies.prosthesis.field import TUNED_FILE, contenders
-from ulna.studies.prosthesis.lanes import LANES
-from ulna.studies.prosthesis.measures import measures
+from ulna.studies.prosthesis.contenders import TUNED_FILE, contenders
+from ulna.studies.prosthesis.measures import measure
 from ulna.studies.prosthesis.plant import Bench, Draws, bench_of, draws_of
 from ulna.studies.prosthesis.tasks import Task, tasks_of
 from ulna.studies.prosthesis.trial import run_trial
 
-PLANTS = LANES
+PLANTS = 40
 PROBES = 16
 EVALUATIONS = 60
 SEED = 20
@@ -35,7 +34,7 @@ def cost(bench: Bench, contender: Contender, chosen: dict[str, float], tasks: It
     scale = bench.voltage if np.isfinite(bench.voltage) else 2 * hold(bench.preset).voltage
     costs = []
     for task in tasks:
-        found = measures(bench, task, run_trial(bench, contender, chosen, task, draws))
+        found = measure(bench, task, run_trial(bench, contender, chosen, task, draws))
         each = found["rms_error"] + 10 * found["ripple"] + 10 * found["chatter"] / scale
         costs.append(np.minimum(np.nan_to_num(each, nan=WORST), WORST))
     return float(np.mean(costs))

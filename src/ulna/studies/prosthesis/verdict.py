@@ -10,7 +10,7 @@ import numpy as np
 from ulna.base import Verdict
 from ulna.design import Poles, controller_form, sampling_advice, state_feedback
 from ulna.plants import Preset, arm_with_drive
-from ulna.studies.prosthesis.compare import EQUAL, Comparison
+from ulna.studies.prosthesis.comparison import EQUAL, Comparison
 from ulna.studies.prosthesis.contender import Contender
 from ulna.studies.prosthesis.tasks import PERIOD, Task
 

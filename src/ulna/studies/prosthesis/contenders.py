@@ -1,4 +1,4 @@
-"""The field of contenders for a bench, and the numbers that tuning chose for them."""
+"""The seven contenders for a bench, and the numbers that tuning chose for them."""
 
 from __future__ import annotations
 

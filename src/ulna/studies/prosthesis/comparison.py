@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.studies.prosthesis.contender import Contender
-from ulna.studies.prosthesis.field import contenders, tuned_numbers
-from ulna.studies.prosthesis.measures import UNITS, measures
+from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
+from ulna.studies.prosthesis.measures import UNITS, measure
 from ulna.studies.prosthesis.plant import Bench, draws_of
 from ulna.studies.prosthesis.tasks import Task, tasks_of
-from ulna.studies.prosthesis.trial import Runs, prepare, run_trial
+from ulna.studies.prosthesis.trial import Runs, run_trial
 
 WORKERS = 2
 EQUAL = 0.05
@@ -97,37 +97,28 @@ def compare(bench: Bench, *, count: int = 200, seed: int = 1, workers: int = WOR
     Raises:
         OptionalDependencyError: without Numba; DesignError: for a preset that was never tuned.
     """
-    field, tasks, draws = contenders(bench), tasks_of(bench), draws_of(bench, count, seed=seed)
-    chosen = {c.key: tuned_numbers(bench, c) for c in field}
-    for contender in field:
-        prepare(bench, contender)
+    rivals, tasks, draws = contenders(bench), tasks_of(bench), draws_of(bench, count, seed=seed)
+    chosen = {c.key: tuned_numbers(bench, c) for c in rivals}
 
     def entry(job: tuple[Contender, Task]) -> Entry:
         contender, task = job
         runs = run_trial(bench, contender, chosen[contender.key], task, draws)
-        return Entry(contender=contender, task=task, measured=measures(bench, task, runs), nominal=first_of(runs))
+        # A copy, so that the others can go.
+        nominal = {name: rows[:1].copy() for name, rows in runs.items()}
+        return Entry(contender=contender, task=task, measured=measure(bench, task, runs), nominal=nominal)
 
-    jobs = [(contender, task) for contender in field for task in tasks]
+    # Task by task: a contender's loop is compiled once, by its first task.
+    jobs = [(contender, task) for task in tasks for contender in rivals]
     with ThreadPoolExecutor(max_workers=workers) as pool:
         entries = list(pool.map(entry, jobs))
     return Comparison(
         bench=bench,
-        contenders=field,
+        contenders=rivals,
         tasks=tasks,
         chosen=chosen,
         entries={(e.contender.key, e.task.key): e for e in entries},
         count=count,
         seed=seed,
-    )
-
-
-def first_of(runs: Runs) -> Runs:
-    """The runs of the first plant alone, copied, so that the others can go."""
-    return Runs(
-        angle=runs.angle[:1].copy(),
-        current=runs.current[:1].copy(),
-        voltage=runs.voltage[:1].copy(),
-        limited=runs.limited[:1].copy(),
     )
 
 
