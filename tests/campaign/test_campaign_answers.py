@@ -21,6 +21,7 @@ from ulna.campaign import (
     campaign,
     clopper_pearson,
     fan,
+    outcome_counts,
     quantiles,
     replay,
     sensitivity,
@@ -56,6 +57,12 @@ def test_the_settled_fraction_is_that_of_the_runs_below_the_threshold() -> None:
     assert exact.method == "Clopper–Pearson"
     assert exact.low < found.low
     assert found.high < exact.high
+
+
+def test_outcomes_are_counted_by_name() -> None:
+    blown = int((RUNS["outcome"] == 1).sum())
+    assert outcome_counts(RUNS) == {"finished": 200 - blown, "blew_up": blown}
+    assert 0 < blown < 200
 
 
 def test_a_fraction_of_a_grid_claims_no_confidence() -> None:

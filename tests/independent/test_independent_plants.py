@@ -48,48 +48,50 @@ def _shorter(task: Task, count: int) -> Task:
     )
 
 
-def _stepped(plant: Plant, x: np.ndarray, given: np.ndarray, h: float) -> np.ndarray:
-    """One classical Runge-Kutta step of the other plant."""
+def _angle_with(plant: Plant, bench: Bench, key: str, task: Task) -> tuple[np.ndarray, np.ndarray]:
+    """(N,) angles of the bench's own plant in its compiled loop, and of the other one around the processor's step."""
+    contender = next(c for c in contenders(bench) if c.key == key)
+    chosen, draws = tuned_numbers(bench, contender), draws_of(bench, 2)
+    own = run_trial(bench, contender, chosen, task, draws)[ANGLE][0]
+    loop = loop_of(bench, contender)
+    begin = {name: value[:1] for name, value in zip(_numbers(bench), draws.parameters.T, strict=True)}
+    start = {name: float(value[0]) for name, value in starts_at_rest(task, begin).items()}
+    memory = first_memory(bench, contender, chosen, task)
+    slots = {f"z{k}": memory.get(s.name, 0.0) for k, s in enumerate(loop.wiring.memory)}
+    slots |= {f"plant_p{k}": float(value[0]) for k, value in enumerate(begin.values())}
+    held = dict.fromkeys(("believed0", "ub0", "h0_0", "h0_1"), start["u"])
+    processor = Processor(loop, control_numbers(bench, contender, chosen), **slots, **held)
+    references = np.array([inputs_of(loop, task)[s.name].values for s in loop.references])
+    noise = encoder_noise(bench.step, task.key, task.count, draws).values[0]
+    state = np.array([start[s.name] for s in bench.plant.states])
+    angles = []
+    for k in range(task.count + 1):
+        angles.append(state[0])
+        seen = {"y": state[0] + noise[k], "omega": state[1], "i": state[2]}
+        given = {f"y{j}": float(seen[s.name]) for j, s in enumerate(loop.wiring.measured)}
+        given |= {f"x{j}": float(value) for j, value in enumerate(state)}
+        given |= {f"r{j}": float(value) for j, value in enumerate(references[:, k])}
+        applied = processor.sample(**given)["ub0"]
+        state = _moved(plant, state, np.array([applied, task.load[k], task.push[k]]), plant_steps(bench))
+    return own, np.array(angles)
+
+
+def _moved(plant: Plant, state: np.ndarray, given: np.ndarray, steps: int) -> np.ndarray:
+    """A period of classical Runge-Kutta steps."""
 
     def rates(at: np.ndarray) -> np.ndarray:
         found = np.empty(3)
-        plant(np.ascontiguousarray(at), given, np.zeros(1), found)
+        plant(at, given, np.zeros(1), found)
         return found
 
-    k1 = rates(x)
-    k2 = rates(x + h / 2 * k1)
-    k3 = rates(x + h / 2 * k2)
-    return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + rates(x + h * k3))
-
-
-def _angle_with(plant: Plant, bench: Bench, key: str, task: Task) -> tuple[np.ndarray, np.ndarray]:
-    """(N,) angles of the bench's own plant and of the other one, under the same step of the same processor."""
-    contender = next(c for c in contenders(bench) if c.key == key)
-    chosen, draws = tuned_numbers(bench, contender), draws_of(bench, 1)
-    own = run_trial(bench, contender, chosen, task, draws)[ANGLE][0]
-    loop = loop_of(bench, contender)
-    numbers = dict(zip((p.name for p in bench.plant.parameters), draws.parameters[0].tolist(), strict=True))
-    begin = starts_at_rest(task, {name: np.array([value]) for name, value in numbers.items()})
-    held = float(begin["u"][0])
-    memory = first_memory(bench, contender, chosen, task)
-    processor = Processor(loop, control_numbers(bench, contender, chosen))
-    slots = {f"plant_p{k}": value for k, value in enumerate(numbers.values())}
-    slots |= {f"z{k}": memory.get(s.name, 0.0) for k, s in enumerate(loop.wiring.memory)}
-    slots |= dict.fromkeys(("c0", "h0_0", "h0_1", "believed0"), held)
-    processor.slots |= slots
-    noise = encoder_noise(bench.step, task.key, task.count, draws).values[0]
-    given = {name: samples.values for name, samples in inputs_of(loop, task).items()}
-    x, angles, steps = np.array([float(begin[n][0]) for n in ("theta", "omega", "i")]), [], plant_steps(bench)
-    for k in range(task.count + 1):
-        angles.append(x[0])
-        state: dict[str, float] = dict(zip(["theta", "omega", "i"], x.tolist(), strict=True))
-        measured = [float(state.get(s.name, x[0] + noise[k])) for s in loop.wiring.measured]
-        slots = {f"y{j}": value for j, value in enumerate(measured)} | {f"x{j}": v for j, v in enumerate(x.tolist())}
-        slots |= {f"r{j}": float(given[s.name][k]) for j, s in enumerate(loop.references)}
-        voltage = processor.sample(**slots)["ub0"]
-        for _ in range(steps):
-            x = _stepped(plant, x, np.array([voltage, task.load[k], task.push[k]]), PERIOD / steps)
-    return own, np.array(angles)
+    h = PERIOD / steps
+    for _ in range(steps):
+        k1 = rates(state)
+        k2 = rates(state + h / 2 * k1)
+        k3 = rates(state + h / 2 * k2)
+        k4 = rates(state + h * k3)
+        state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return state
 
 
 @pytest.mark.parametrize("name", PRESETS)

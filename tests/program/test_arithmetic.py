@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from compilers import by_numba, same_bits
+from compilers import by_intrinsics, by_numba, same_bits
 from random_kernels import SPECIAL, points, random_kernel
 
 from ulna.base import UlnaError
@@ -26,8 +26,9 @@ from ulna.program import (
     to_python,
 )
 from ulna.program.lowering.fused import flipped, flipped_scalar, fused, fused_scalar
+from ulna.program.lowering.intrinsic import has_intrinsic
 
-WRITTEN_SINCE = (
+LONG = (
     *(Operation.EXP, Operation.LOG, Operation.POW, Operation.TAN, Operation.ASIN, Operation.ACOS, Operation.ATAN),
     *(Operation.ATAN2, Operation.SINH, Operation.COSH, Operation.ASINH, Operation.ACOSH, Operation.ATANH),
 )
@@ -38,8 +39,21 @@ STEPS = {
 }
 
 
+@pytest.mark.parametrize("arithmetic", [Fused(), Plain()])
+def test_an_intrinsic_has_the_bits_of_the_text(arithmetic: Fused | Plain) -> None:
+    kernels = [in_arithmetic(random_kernel(k, exclude=LONG), arithmetic) for k in range(8)]
+    assert {i.operation for k in kernels for i in k.instructions} >= STEPS
+    x = points(3, 5000, 0)
+    assert same_bits(by_intrinsics(kernels, x), by_numba(kernels, x))
+
+
+def test_a_function_of_the_library_is_no_intrinsic() -> None:
+    assert has_intrinsic(_kernel(1, lambda x: x[0].apply(Operation.ABS)))
+    assert not has_intrinsic(_kernel(1, lambda x: x[0].apply(Operation.EXP)))
+
+
 def test_python_numpy_and_numba_agree_on_fused_kernels() -> None:
-    kernels = [in_arithmetic(random_kernel(1000 + k, exclude=WRITTEN_SINCE[2:]), Fused()) for k in range(6)]
+    kernels = [in_arithmetic(random_kernel(1000 + k, exclude=LONG[2:]), Fused()) for k in range(6)]
     x = points(3, 60, 0)
     arrays = np.concatenate([to_numpy(k)(*x[: len(k.inputs)]) for k in kernels])
     scalars = [np.array([to_python(k)(*map(float, c[: len(k.inputs)])) for c in x.T]).T for k in kernels]

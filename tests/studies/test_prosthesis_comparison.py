@@ -15,7 +15,9 @@ from ulna.base import DesignError, PlantError, SimulationError
 from ulna.loop import Loop, applied
 from ulna.plants import hold, preset, preset_from_mapping, steady_rise, voltage_range
 from ulna.program import to_python
+from ulna.sim import FixedSteps
 from ulna.sim.references import minimum_jerk
+from ulna.sim.sampled.prepared import Shape, prepared
 from ulna.studies.prosthesis.baselines import pid
 from ulna.studies.prosthesis.comparison import Comparison, compare, plain_results
 from ulna.studies.prosthesis.contenders import contenders, tuned_numbers
@@ -31,7 +33,17 @@ from ulna.studies.prosthesis.hardware import hardware_of
 from ulna.studies.prosthesis.measures import UNITS, measure
 from ulna.studies.prosthesis.plant import Bench, Draws, bench_of, draws_of
 from ulna.studies.prosthesis.tasks import PERIOD, Task, tasks_of
-from ulna.studies.prosthesis.trial import ANGLE, CURRENT, LIMITED, VOLTAGE, Runs, plant_steps, run_trial
+from ulna.studies.prosthesis.trial import (
+    ANGLE,
+    CURRENT,
+    LIMITED,
+    VOLTAGE,
+    Runs,
+    control_numbers,
+    loop_of,
+    plant_steps,
+    run_trial,
+)
 
 PRESETS = ("paper", "bench_servo", "transhumeral_elbow", "human_scale")
 
@@ -75,6 +87,17 @@ def test_more_plants_do_not_change_the_first_ones(elbow: Bench) -> None:
         run_trial(elbow, contender, tuned_numbers(elbow, contender), task, draws_of(elbow, count)) for count in (3, 5)
     )
     assert np.array_equal(few[ANGLE], many[ANGLE][:3])
+
+
+def test_all_arms_share_the_compiled_loop_of_a_contender() -> None:
+    contender, shape, kept = pid(), Shape(paths=("noise0",)), ("x0", "x2", "ub0", "cut0")
+    made = []
+    for bench in (bench_of(preset(name)) for name in PRESETS):
+        numbers = control_numbers(bench, contender, tuned_numbers(bench, contender))
+        engine = FixedSteps(number=plant_steps(bench))
+        made.append(prepared(loop_of(bench, contender), engine, shape, numbers, lanes=40, record=kept))
+    assert len({each.run for each in made}) == 1
+    assert len({each.numbers.tobytes() for each in made}) == len(PRESETS)
 
 
 def test_finer_steps_of_the_plant_change_next_to_nothing(elbow: Bench) -> None:

@@ -24,6 +24,7 @@ from ulna.program import (
     to_c,
     to_javascript,
 )
+from ulna.program.lowering.intrinsic import intrinsic_source
 
 GCC = shutil.which("gcc")
 
@@ -54,6 +55,20 @@ def by_numba(
     return out
 
 
+def by_intrinsics(kernels: Sequence[Kernel], x: np.ndarray) -> np.ndarray:
+    """The same, each kernel one function that Numba does not look into."""
+    functions = "".join(intrinsic_source(kernel, f"kernel{k}") for k, kernel in enumerate(kernels))
+
+    def lines(kernel: Kernel, first: int) -> list[str]:
+        given = ", ".join(f"x[{k}, l]" for k in range(len(kernel.inputs)))
+        taken = ", ".join(f"out[{first + k}, l]" for k in range(len(kernel.outputs)))
+        return [f"{taken} = kernel{[each is kernel for each in kernels].index(True)}({given})"]
+
+    out = np.zeros((sum(len(kernel.outputs) for kernel in kernels), x.shape[1]))
+    compiled(_source(kernels, lines, functions))(x, out)
+    return out
+
+
 def inspected(kernels: Sequence[Kernel]) -> str:
     """The machine code that Numba makes of them."""
     namespace: dict[str, Any] = {"CACHE": False}
@@ -61,7 +76,7 @@ def inspected(kernels: Sequence[Kernel]) -> str:
     return "\n".join(namespace["loop"].inspect_asm().values())
 
 
-def _source(kernels: Sequence[Kernel], lines: Callable[[Kernel, int], list[str]]) -> str:
+def _source(kernels: Sequence[Kernel], lines: Callable[[Kernel, int], list[str]], functions: str = "") -> str:
     text, first = "", 0
     for kernel in kernels:
         text += "    for l in range(x.shape[1]):\n"
@@ -70,7 +85,7 @@ def _source(kernels: Sequence[Kernel], lines: Callable[[Kernel, int], list[str]]
     head = (
         '@numba.njit("void(float64[:, ::1], float64[:, ::1])", error_model="numpy", cache=CACHE)\ndef loop(x, out):\n'
     )
-    return HEADER + head + text
+    return HEADER + functions + head + text
 
 
 def by_c(kernels: Sequence[Kernel], x: np.ndarray, folder: Path, precision: Precision = Precision.DOUBLE) -> np.ndarray:

@@ -42,8 +42,7 @@ class Processor:
         step, flow = step_of(fitted), flow_of(fitted, Steps(), {})
         self.numbers = {**step.numbers, **flow.numbers}
         self.slots: dict[str, float] = dict(slots)
-        self.stages = [(each, to_python(each)) for each in step.stages]
-        self.drive = applied(fitted)
+        self.stages = [(each, to_python(each)) for each in (*step.stages, applied(fitted))]
         self.motion = [(each, to_python(each)) for each in _flat(flow.motion, flow.numbers)]
         self.outputs = flow.outputs
 
@@ -55,7 +54,7 @@ class Processor:
     def sample(self, **given: float) -> dict[str, float]:
         """One sample: measured values y0 …, references r0 …; all slots after it."""
         self.slots |= given
-        for kernel, evaluate in (*self.stages, (self.drive, to_python(self.drive))):
+        for kernel, evaluate in self.stages:
             self.run(kernel, evaluate)
         return dict(self.slots)
 

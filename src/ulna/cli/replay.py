@@ -71,8 +71,7 @@ def _print(result: CampaignResult, found: Replay) -> None:
     for heading in ("", "stored", "again"):
         table.add_column(heading, justify="right" if heading else "left")
     for column in result.columns:
-        label = f"{column.name} [{column.unit}]" if column.unit else column.name
-        table.add_row(escape(label), f"{found.stored[column.name]:.12g}", f"{found.again[column.name]:.12g}")
+        table.add_row(escape(column.heading), f"{found.stored[column.name]:.12g}", f"{found.again[column.name]:.12g}")
     show.print(table)
     if found.identical:
         show.print("identical with the stored run, bit for bit")

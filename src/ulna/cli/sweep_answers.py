@@ -52,7 +52,7 @@ def draw_answers(result: CampaignResult, folder: Path, *, worst_by: str, axes: t
 
 def answers(result: CampaignResult, out: Path, drawn: list[Path], *, worst_by: str) -> dict[str, Any]:
     """Everything that is printed, as data."""
-    from ulna.campaign import Saltelli, quantiles, settled_fraction, worst_cases
+    from ulna.campaign import Saltelli, outcome_counts, quantiles, settled_fraction, worst_cases
 
     settled = settled_fraction(result)
     table = quantiles(result)
@@ -67,7 +67,7 @@ def answers(result: CampaignResult, out: Path, drawn: list[Path], *, worst_by: s
             **({"low": settled.low, "high": settled.high} if settled.drawn else {}),
             **({"confidence": settled.confidence, "interval": settled.method} if settled.drawn else {}),
         },
-        "outcomes": _outcomes(result),
+        "outcomes": outcome_counts(result),
         "quantiles": {
             "levels": table["level"].values.tolist(),
             **{str(name): values.values.tolist() for name, values in table.data_vars.items()},
@@ -94,7 +94,7 @@ def print_answers(result: CampaignResult, data: dict[str, Any]) -> None:
 
     show = console()
     columns = {column.name: column for column in result.columns}
-    over = ", ".join(_labelled(columns[name]) for name in result.varied)
+    over = ", ".join(columns[name].heading for name in result.varied)
     show.print(escape(f"{result.runs} runs of '{data['system']}' over {over}"), soft_wrap=True)
     settled = data["settled"]["count"]
     show.print(
@@ -115,6 +115,8 @@ def print_answers(result: CampaignResult, data: dict[str, Any]) -> None:
 
 
 def _quantiles(data: dict[str, Any], columns: dict[str, Column]) -> Any:
+    from rich.markup import escape
+
     table = _table("figure", *SHOWN)
     for name, values in data.items():
         # The final state is there for those who ask; all runs end alike unless one ended early.
@@ -122,13 +124,13 @@ def _quantiles(data: dict[str, Any], columns: dict[str, Column]) -> Any:
         if name == "levels" or name.startswith("final_") or same:
             continue
         shown = [values[data["levels"].index(level)] for level in SHOWN.values()]
-        table.add_row(_escaped(columns[name]), *(_number(value, name) for value in shown))
+        table.add_row(escape(columns[name].heading), *(_number(value, name) for value in shown))
     return table
 
 
 def _worst(cases: list[dict[str, Any]], columns: dict[str, Column]) -> Any:
     figure = cases[0]["figure"]
-    table = _table(f"worst {figure}", "run", "how it ended", *(_labelled(columns[name]) for name in cases[0]["varied"]))
+    table = _table(f"worst {figure}", "run", "how it ended", *(columns[name].heading for name in cases[0]["varied"]))
     for case in cases:
         unit = columns[figure].unit
         value = f"{_number(case['value'], figure)} {unit}".strip()
@@ -170,33 +172,12 @@ def _number(value: float, name: str) -> str:
     return f"{value:.4g}"
 
 
-def _labelled(column: Column) -> str:
-    return f"{column.name} [{column.unit}]" if column.unit else column.name
-
-
-def _escaped(column: Column) -> str:
-    from rich.markup import escape
-
-    return escape(_labelled(column))
-
-
 def _replay(out: Path, run: int) -> str:
     return f"ulna replay {shlex.quote(str(out))} --run {run}"
 
 
 def _judged(result: CampaignResult) -> list[str]:
     return [c.name.removeprefix("peak_error_") for c in result.columns if c.name.startswith("peak_error_")]
-
-
-def _outcomes(result: CampaignResult) -> dict[str, int]:
-    import numpy as np
-
-    from ulna.campaign import OUTCOMES
-
-    counts = np.zeros(len(OUTCOMES), dtype=np.int64)
-    for block in result.blocks(["outcome"]):
-        counts += np.bincount(block["outcome"], minlength=len(OUTCOMES))
-    return {name: int(count) for name, count in zip(OUTCOMES, counts, strict=True) if count}
 
 
 def _indices(result: CampaignResult, figure: str) -> dict[str, Any]:

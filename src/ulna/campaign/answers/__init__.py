@@ -1,6 +1,7 @@
 """What the runs of a campaign say: how many settle, which are worst, what they depend on."""
 
 from ulna.campaign.answers.fan_chart import Fan, fan
+from ulna.campaign.answers.outcomes import outcome_counts
 from ulna.campaign.answers.proportion import Proportion, clopper_pearson, settled_fraction, wilson
 from ulna.campaign.answers.quantile_table import quantiles
 from ulna.campaign.answers.repeated_run import Replay, replay
@@ -17,6 +18,7 @@ __all__ = [
     "SettledMap",
     "clopper_pearson",
     "fan",
+    "outcome_counts",
     "quantiles",
     "replay",
     "sensitivity",

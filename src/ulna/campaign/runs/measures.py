@@ -101,6 +101,11 @@ class Column:
     whole: bool = False
 
     @property
+    def heading(self) -> str:
+        """Name and unit, for tables."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+    @property
     def dtype(self) -> str:
         """NumPy's name of the type it is stored in (netCDF 3 is big-endian)."""
         return "i1" if self.whole else ">f8"

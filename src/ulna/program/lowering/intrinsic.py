@@ -20,6 +20,8 @@ _ARITHMETIC = {
     Operation.FLIP: "flip(b, {0}, {1})",
     Operation.ABS: 'called(b, "llvm.fabs", {0})',
     Operation.SQRT: 'called(b, "llvm.sqrt", {0})',
+    Operation.SIGN: 'b.select(b.fcmp_ordered(">", {0}, ZERO), ONE, '
+    'b.select(b.fcmp_ordered("<", {0}, ZERO), b.fneg(ONE), {0}))',
     Operation.MIN: 'b.select(b.or_(b.fcmp_ordered("<", {0}, {1}), b.fcmp_unordered("!=", {0}, {0})), {0}, {1})',
     Operation.MAX: 'b.select(b.or_(b.fcmp_ordered(">", {0}, {1}), b.fcmp_unordered("!=", {0}, {0})), {0}, {1})',
 }

@@ -175,8 +175,10 @@ def _scales() -> tuple[Tuned, ...]:
 
 
 def _compensator(law: Law, observer: Observer) -> Compensator:
-    law = replace(law, system=_without_idle_parameters(law.system))
-    return compensator(law, replace(observer, system=_without_idle_parameters(observer.system)))
+    return compensator(
+        replace(law, system=_without_idle_parameters(law.system)),
+        replace(observer, system=_without_idle_parameters(observer.system)),
+    )
 
 
 def _without_idle_parameters(system: System) -> System:

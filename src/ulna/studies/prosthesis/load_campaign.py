@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import sympy as sp
 
-from ulna.campaign import CampaignResult, Measures, Random, Uniform, campaign
+from ulna.campaign import CampaignResult, Measures, Random, Uniform, Window, campaign
 from ulna.design import Track
 from ulna.loop import Loop, Parts, joined
 from ulna.plants import Preset
@@ -34,7 +34,16 @@ WINDOW = 0.5
 WIDEST = math.radians(60.0)
 """Largest angle at the end, either side."""
 SHAPES = ("shape", "shape_d1", "shape_d2", "shape_d3")
-WATCHED = ("off_first", "off_second", "beyond", "current")
+WINDOWS = (
+    Window(signal="theta", begin=SECOND - WINDOW, end=SECOND - PERIOD, name="first"),
+    Window(signal="theta", begin=SECONDS - WINDOW + PERIOD, end=SECONDS, name="second"),
+    Window(signal="theta", begin=SECOND, end=SECONDS, name="back"),
+    Window(signal="i", begin=0.0, end=SECONDS),
+    Window(signal="u_cut", begin=PERIOD, end=SECONDS),
+)
+
+Columns = CampaignResult | Mapping[str, np.ndarray]
+"""(N,) of every figure by name."""
 
 
 def run_load_campaign(
@@ -63,8 +72,8 @@ def run_load_campaign(
         store: a folder for the results, where a campaign that was interrupted goes on.
 
     Returns:
-        The campaign; `peak_off_first` and `peak_off_second` are the largest |angle − wanted| in rad in the windows
-        after either motion, `peak_beyond` how far the second one overshot as a part of its way, `peak_current` in A.
+        The campaign; `rest_errors`, `missed`, `overshoot` and `peak_current` read it, `mean_u_cut` is the share of
+        samples at which the drive could not give what was asked.
 
     Raises:
         PlantError: for a preset without a tuning.
@@ -82,11 +91,11 @@ def run_load_campaign(
         vary |= dict.fromkeys(
             ("m2", "m2_after"), Uniform(low=0.0, high=TUNINGS[preset.name].heaviest * bench.value("m2"))
         )
-    loop = Loop(plant=_watched_plant(bench), controller=_controller(preset), hardware=hardware_of(bench))
+    loop = Loop(plant=_plant(bench), controller=_controller(preset), hardware=hardware_of(bench))
     return campaign(
         loop,
         Random(vary=vary, runs=runs, seed=seed),
-        Measures(outputs=("y",), targets={"y": "end"}, effort=WATCHED),
+        Measures(targets={"y": "end"}, windows=WINDOWS),
         horizon=SECONDS,
         engine=FixedSteps(number=plant_steps(bench)),
         parameters={} if load is None else {"m2": load, "m2_after": load},
@@ -95,40 +104,41 @@ def run_load_campaign(
     )
 
 
-def rest_errors(found: CampaignResult | Mapping[str, np.ndarray]) -> np.ndarray:
+def rest_errors(found: Columns) -> np.ndarray:
     """(N, 2) largest |angle − wanted| in the windows after either motion, degrees; infinite of a run that was lost."""
-    errors = np.degrees(np.stack([found["peak_off_first"], found["peak_off_second"]], axis=1))
-    return np.where((found["outcome"] == 0)[:, None] & np.isfinite(errors), errors, math.inf)
+    columns = []
+    for name, wanted in (("first", -found["end"]), ("second", found["end"])):
+        least, most = (np.abs(found[f"{end}_theta_{name}"] - wanted) for end in ("least", "most"))
+        columns.append(np.degrees(np.maximum(least, most)))
+    return np.nan_to_num(np.stack(columns, axis=1), nan=math.inf)
 
 
-def missed(found: CampaignResult | Mapping[str, np.ndarray], tolerance: float = 0.2) -> np.ndarray:
+def missed(found: Columns, tolerance: float = 0.2) -> np.ndarray:
     """(N,) whether a run does not come to rest within so many degrees, both times."""
     return rest_errors(found).max(axis=1) > tolerance
 
 
-def _watched_plant(bench: Bench) -> System:
-    """The arm whose load changes from m2 to m2_after, with outputs whose peaks tell how a run went."""
-    plant = bench.plant
-    end, changed, first, second, back = signals = [
-        Signal(name=name) for name in ("end", "changed", "first_window", "second_window", "going_back")
-    ]
+def peak_current(found: Columns) -> np.ndarray:
+    """(N,) largest |current|, A."""
+    return np.maximum(-found["least_i"], found["most_i"])
+
+
+def overshoot(found: Columns) -> np.ndarray:
+    """(N,) of the second motion, as a part of its way."""
+    end = found["end"]
+    return np.maximum(0.0, np.where(end > 0, found["most_theta_back"], found["least_theta_back"]) / end - 1) / 2
+
+
+def _plant(bench: Bench) -> System:
+    """The arm whose load changes from m2 to m2_after when the input `changed` goes from 0 to 1."""
     after = Parameter(name="m2_after", unit="kg", value=bench.preset.value("m2"), text="load after the change")
-    theta, i, load, m2 = (sp.Symbol(name, real=True) for name in ("theta", "i", "load", "m2"))
-    taken = {load: (after.symbol - m2) * changed.symbol}
-    beyond = sp.Max(0, (theta / end.symbol - 1) / 2)
+    changed = Signal(name="changed", text="1: the load has changed")
+    taken = {sp.Symbol("load", real=True): (after.symbol - sp.Symbol("m2", real=True)) * changed.symbol}
     return replace(
-        plant,
-        rates=tuple(rate.xreplace(taken) for rate in plant.inline(plant.rates)),
-        inputs=(*(s for s in plant.inputs if s.name != "load"), *signals),
-        parameters=(*plant.parameters, after),
-        outputs=(*plant.outputs, *(Signal(name=name) for name in WATCHED)),
-        readouts=(
-            *plant.readouts,
-            (theta + end.symbol) * first.symbol,
-            (theta - end.symbol) * second.symbol,
-            beyond * back.symbol,
-            i,
-        ),
+        bench.plant,
+        rates=tuple(rate.xreplace(taken) for rate in bench.plant.inline(bench.plant.rates)),
+        inputs=tuple(changed if s.name == "load" else s for s in bench.plant.inputs),
+        parameters=(*bench.plant.parameters, after),
     )
 
 
@@ -169,21 +179,12 @@ def _motions(bench: Bench) -> tuple[Reference, Reference]:
 
 
 def _inputs(bench: Bench, loop: Loop) -> dict[str, Formula | Held]:
-    """The shape of the motions with its derivatives, when the load changes, and when outputs are looked at."""
+    """The shape of the motions with its derivatives, and when the load changes."""
     out, back = _motions(bench)
     wanted = {s.name for s in loop.references}
     shapes = [out.expression(derivative=k) + back.expression(derivative=k) for k in range(len(SHAPES))]
     shapes[0] = shapes[0] - 1
     return {
-        **{name: Formula(expression=e) for name, e in zip(SHAPES, shapes, strict=True) if name in wanted},
-        "changed": _between(SECOND + back.duration / 2, math.inf),
-        "first_window": _between(SECOND - WINDOW, SECOND),
-        "second_window": _between(SECONDS - WINDOW + PERIOD, math.inf),
-        "going_back": _between(SECOND, math.inf),
+        **{name: Formula(expression=each) for name, each in zip(SHAPES, shapes, strict=True) if name in wanted},
+        "changed": Held(times=np.array([0.0, SECOND + back.duration / 2]), values=np.array([0.0, 1.0])),
     }
-
-
-def _between(begin: float, end: float) -> Held:
-    """1 from one time until another, else 0; edges rounded to samples."""
-    edges = [PERIOD * round(at / PERIOD) for at in (begin, end) if at < math.inf]
-    return Held(times=np.array([0.0, *edges]), values=np.array([0.0, 1.0, 0.0][: len(edges) + 1]))
