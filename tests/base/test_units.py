@@ -2,8 +2,7 @@ from fractions import Fraction
 
 import pytest
 
-from ulna.base import UnitError
-from ulna.base.units import dimension_text, unit
+from ulna.base import UnitError, dimension_text, unit
 
 
 def test_factors_to_si_are_exact():

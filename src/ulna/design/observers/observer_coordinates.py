@@ -15,13 +15,11 @@ from ulna.design.observers.observer_blocks import search_blocks
 from ulna.design.observers.observer_chain import NotOfOutputsError, search_chain
 from ulna.design.observers.output_functions import output_section, output_symbols
 from ulna.design.observers.straightened import StraightenedPlant, straightened_plant
-from ulna.geometry.observability import Observability, observability
+from ulna.geometry import Observability, observability
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.zero import SampledZero
-from ulna.symbolic.formulas.text import formula
-from ulna.symbolic.solving.branch import on_branch
+from ulna.symbolic.exact import SampledZero, attempt, tidy
+from ulna.symbolic.formulas import formula
+from ulna.symbolic.solving import on_branch
 from ulna.system import ControlAffine, System, control_affine, equilibrium_in_numbers
 
 _SECONDS = 10.0

@@ -18,8 +18,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from ulna.base.errors import NoFormError
-from ulna.base.verdict import Verdict, all_of
+from ulna.base import NoFormError, Verdict, all_of
 from ulna.design.observers.bracket_conditions import (
     ObserverConditions,
     chain_of_fields,
@@ -41,14 +40,10 @@ from ulna.design.observers.transformed_blocks import (
     output_functions,
     with_outputs_replaced,
 )
-from ulna.geometry.lie import lie_bracket
-from ulna.geometry.observability import observability
+from ulna.geometry import lie_bracket, observability
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.quotients import lowest_terms
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.formulas.parse import is_elementary
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.exact import attempt, lowest_terms, tidy
+from ulna.symbolic.formulas import formula, is_elementary
 from ulna.system import System
 
 _SECONDS = 10.0
