@@ -18,7 +18,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from ulna.base import NoFormError, Verdict, all_of
+from ulna.base import Verdict, all_of
 from ulna.design.observers.bracket_conditions import (
     ObserverConditions,
     chain_of_fields,
@@ -28,9 +28,9 @@ from ulna.design.observers.linear_error_form import ObserverForm, assembled
 from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs, search_chain
 from ulna.design.observers.observer_coordinates import (
     ObserverFormSearch,
-    explanation,
     find_observer_form,
     in_old_coordinates,
+    required_form,
 )
 from ulna.design.observers.output_functions import OutputSection, exponential, integral_over_output, output_section
 from ulna.design.observers.straightened import straightened_plant
@@ -56,15 +56,8 @@ def transformed_observer_form(system: PlantLike) -> ObserverForm:
     Raises:
         NoFormError: if there is none or none was found; `value` is the `ObserverFormSearch` that says why.
     """
-    found = output_transformation(as_plant(system))
-    if found.form is not None:
-        return found.form
-    raise NoFormError(
-        f"observer form of '{found.system.name}' with an output transformation",
-        f"{explanation(found.verdict)}.",
-        "A high-gain observer or an extended Kalman filter does not need the form.",
-        value=found,
-    )
+    hint = "A high-gain observer or an extended Kalman filter does not need the form."
+    return required_form(output_transformation(as_plant(system)), hint, after=" with an output transformation")
 
 
 @lru_cache(maxsize=64)
