@@ -172,7 +172,7 @@ def by_casadi(arm: System) -> Chain:
 def by_ulna(arm: System) -> Chain:
     """The numeric road: ranks by graph differentiation, the law by jets."""
     from ulna.design.forms.law_kernel import compiled_law
-    from ulna.geometry.numeric import numeric_structure
+    from ulna.geometry import numeric_structure
     from ulna.program import to_numpy
     from ulna.system import system_kernel
 

@@ -9,7 +9,7 @@ from terminal import answered, entry_point, refused
 
 from ulna.design import Poles, controller_form, state_feedback
 from ulna.plants import model
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas import formula
 from ulna.system import read_system
 
 UNOBSERVED = """

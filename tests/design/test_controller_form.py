@@ -16,10 +16,8 @@ from ulna.design.forms.full_linearisation import controller_form
 from ulna.design.forms.linearisability_conditions import linearisability
 from ulna.design.forms.linearising_form import substituted_back
 from ulna.design.forms.output_search import last_row, linearises, linearising_outputs
-from ulna.geometry.relative_degree import relative_degree_of
-from ulna.symbolic.exact.linear import inverse_last_row
-from ulna.symbolic.exact.rank import generic_rank
-from ulna.symbolic.exact.zero import are_zero, is_zero
+from ulna.geometry import relative_degree_of
+from ulna.symbolic.exact import are_zero, generic_rank, inverse_last_row, is_zero
 from ulna.system import System, control_affine, system_from_mapping
 
 KNOWN = [

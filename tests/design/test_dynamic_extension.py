@@ -11,8 +11,8 @@ from output_plants import UNICYCLE, plant
 from ulna.base import Status, UlnaError
 from ulna.design.forms.extension import DynamicExtension, dynamic_extension
 from ulna.design.forms.flatness import flat_output
-from ulna.geometry.relative_degree import relative_degree_of
-from ulna.symbolic.exact.zero import is_zero
+from ulna.geometry import relative_degree_of
+from ulna.symbolic.exact import is_zero
 from ulna.system import control_affine
 
 

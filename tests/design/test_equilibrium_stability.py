@@ -9,13 +9,12 @@ import sympy as sp
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from ulna.base import UlnaError
-from ulna.base.verdict import Status
+from ulna.base import Status, UlnaError
 from ulna.design.internal.center_manifold import center_modes, reduced_orders
 from ulna.design.internal.critical_class import StabilityClass
 from ulna.design.internal.equilibrium_stability import equilibrium_stability
-from ulna.symbolic.solving.root_location import eigenvalue_location
-from ulna.symbolic.solving.taylor import NoSeriesError, taylor_coefficients
+from ulna.symbolic.solving import eigenvalue_location, taylor_coefficients
+from ulna.symbolic.solving.taylor import NoSeriesError
 from ulna.system import System, system_from_mapping
 
 

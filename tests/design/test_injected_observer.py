@@ -10,7 +10,7 @@ import ulna
 from ulna.design import Poles, exact_observer, injected_observer, observer_form
 from ulna.loop import ExactHold, Hardware, Loop, Parts, RungeKutta4, joined
 from ulna.sim import FixedSteps, simulate
-from ulna.symbolic.exact.zero import are_zero
+from ulna.symbolic.exact import are_zero
 from ulna.system import LinearInjection, System
 
 ARM = ulna.model("one_link_arm").with_values()

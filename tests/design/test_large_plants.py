@@ -12,7 +12,7 @@ from ulna.base import NoFormError, PlantError
 from ulna.design.analysis.analysis import analyse
 from ulna.design.analysis.numeric_answers import answers_in_numbers
 from ulna.design.forms.law_kernel import compiled_law
-from ulna.geometry.relative_degree import relative_degree
+from ulna.geometry import relative_degree
 from ulna.plants import model
 from ulna.plants.flexible_arm import GRAVITY, LENGTH, MASS, STIFFNESS, flexible_joint_arm
 from ulna.program import Operation, to_numpy

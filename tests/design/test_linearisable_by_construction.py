@@ -14,7 +14,7 @@ from ulna.design.forms.full_linearisation import controller_form
 from ulna.design.forms.linear_coordinates import state_linearisation
 from ulna.design.forms.linearisability_conditions import linearisability
 from ulna.design.forms.linearising_form import substituted_back
-from ulna.symbolic.exact.rank import generic_rank
+from ulna.symbolic.exact import generic_rank
 from ulna.system import Signal, System
 
 X = sp.symbols("x1:5", real=True)

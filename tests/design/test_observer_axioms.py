@@ -23,7 +23,7 @@ from ulna.design import (
     with_disturbance,
 )
 from ulna.plants import model
-from ulna.symbolic.exact.zero import are_zero
+from ulna.symbolic.exact import are_zero
 from ulna.system import System, control_affine, system_from_mapping
 
 

@@ -14,8 +14,8 @@ from ulna.design.observers.linear_error_form import ObserverForm, check_observer
 from ulna.design.observers.observer_coordinates import find_observer_form, observer_form
 from ulna.design.observers.refutation_at_points import refutation_at_a_point
 from ulna.design.observers.transformed_output import output_transformation, transformed_observer_form
-from ulna.geometry.observability import observability
-from ulna.symbolic.exact.zero import are_zero
+from ulna.geometry import observability
+from ulna.symbolic.exact import are_zero
 from ulna.system import System, read_system, system_from_mapping
 
 ARM = "src/ulna/plants/data/one_link_arm.toml"

@@ -12,7 +12,7 @@ from ulna.design.observers.high_gain import high_gain_observer
 from ulna.design.observers.observer import error_matrix, exact_observer, gains_in_form, injected_observer
 from ulna.design.observers.observer_coordinates import observer_form
 from ulna.design.observers.transformed_output import transformed_observer_form
-from ulna.symbolic.exact.zero import are_zero
+from ulna.symbolic.exact import are_zero
 from ulna.system import System, read_system, system_from_mapping
 
 ARM = read_system("src/ulna/plants/data/one_link_arm.toml").with_values()

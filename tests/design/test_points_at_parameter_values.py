@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from ulna.design.forms.linearisability_conditions import linearisability
-from ulna.geometry.accessibility import accessibility
-from ulna.geometry.observability import observability
-from ulna.geometry.relative_degree import relative_degree
+from ulna.geometry import accessibility, observability, relative_degree
 from ulna.plants import model
 from ulna.system import equilibrium, system_from_mapping
 

@@ -10,7 +10,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from ulna.design.forms.linear_coordinates import StateLinearisation, state_linearisation
-from ulna.symbolic.exact.zero import are_zero
+from ulna.symbolic.exact import are_zero
 from ulna.system import System, control_affine, system_from_mapping
 
 x1, x2, x3 = sp.symbols("x1:4", real=True)

@@ -7,8 +7,8 @@ import sympy as sp
 from ulna.base import Status
 from ulna.design.observers.observer_coordinates import ObserverFormSearch, find_observer_form
 from ulna.design.observers.transformed_output import output_transformation
-from ulna.geometry.lie import lie_derivative
-from ulna.symbolic.exact.zero import are_zero
+from ulna.geometry import lie_derivative
+from ulna.symbolic.exact import are_zero
 from ulna.system import System, system_from_mapping
 
 Y1, Y2 = sp.symbols("y1 y2", real=True)

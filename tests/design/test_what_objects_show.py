@@ -6,7 +6,7 @@ import sympy as sp
 
 from ulna.design import Poles, analyse, controller_form, exact_observer, observer_form, state_feedback
 from ulna.plants import model
-from ulna.symbolic.formulas.text import listing
+from ulna.symbolic.formulas import listing
 
 ARM = model("one_link_arm").with_values()
 

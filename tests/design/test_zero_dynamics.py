@@ -8,14 +8,13 @@ import pytest
 import sympy as sp
 from output_plants import PLANTS, UNICYCLE, plant
 
-from ulna.base import UlnaError
-from ulna.base.verdict import Status
+from ulna.base import Status, UlnaError
 from ulna.design.forms.input_output import input_output_form
 from ulna.design.forms.normal_coordinates import normal_form
 from ulna.design.internal.output_zeroing import ZeroDynamics, zero_dynamics
 from ulna.design.internal.phase import minimum_phase
-from ulna.geometry.lie import lie_derivative
-from ulna.symbolic.exact.zero import is_zero
+from ulna.geometry import lie_derivative
+from ulna.symbolic.exact import is_zero
 from ulna.system import control_affine, system_from_mapping
 
 

@@ -18,9 +18,8 @@ from ulna.design.forms.input_output import input_output_form
 from ulna.design.forms.normal_coordinates import normal_form
 from ulna.design.internal.output_zeroing import ZeroDynamics, zero_dynamics
 from ulna.design.internal.phase import minimum_phase
-from ulna.geometry.lie import lie_derivative
-from ulna.symbolic.exact.rank import generic_rank
-from ulna.symbolic.exact.zero import is_zero
+from ulna.geometry import lie_derivative
+from ulna.symbolic.exact import generic_rank, is_zero
 from ulna.system import System, control_affine, system_from_mapping
 
 _FUNCTIONS = {"sin", "cos", "tan", "exp", "atan", "sqrt", "log", "pi"}

@@ -12,9 +12,7 @@ import ulna
 from ulna.base import NoFormError, Status, UlnaError
 from ulna.design.forms.full_linearisation import controller_form
 from ulna.design.forms.linearisability_conditions import linearisability
-from ulna.geometry.accessibility import accessibility
-from ulna.geometry.lie import lie_bracket
-from ulna.geometry.relative_degree import relative_degree
+from ulna.geometry import accessibility, lie_bracket, relative_degree
 from ulna.system import System, read_system, system_from_mapping
 
 x1, x2, x3 = sp.symbols("x1:4", real=True)
@@ -130,7 +128,7 @@ def endless(*_arguments: object) -> None:
 
 def test_brackets_that_take_too_long_leave_the_question_open(monkeypatch: pytest.MonkeyPatch) -> None:
     """Out of time is undecided everywhere: never a "not controllable" that nobody proved."""
-    module = sys.modules["ulna.geometry.accessibility"]
+    module = sys.modules["ulna.geometry.brackets"]
     monkeypatch.setattr(module, "_SECONDS_FOR_BRACKETS", 0.01)
     monkeypatch.setattr(module, "lie_bracket", endless)
     slow = plant({"x1": "x2*exp(x1)", "x2": "sin(x3)*x1", "x3": "u"}, name="too slow")
@@ -144,7 +142,7 @@ def test_brackets_that_take_too_long_leave_the_question_open(monkeypatch: pytest
 
 
 def test_derivatives_that_take_too_long_leave_the_relative_degree_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    module = sys.modules["ulna.geometry.relative_degree"]
+    module = sys.modules["ulna.geometry.decoupling"]
     monkeypatch.setattr(module, "_SECONDS", 0.01)
     monkeypatch.setattr(module, "lie_derivative", endless)
     found = relative_degree(plant({"x1": "x2", "x2": "u"}, name="too slow", outputs={"y": {"equation": "x1"}}))

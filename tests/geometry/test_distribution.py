@@ -4,20 +4,18 @@ import pytest
 from sympy import Matrix, cos, exp, sin, symbols
 
 from ulna.base import Status, UlnaError
-from ulna.geometry.distribution import (
+from ulna.geometry import (
     annihilator,
-    contains,
-    dimension_at,
     distribution,
     filtration,
-    generic_basis,
-    generic_dimension,
     involutive,
     involutive_closure,
+    iterated_brackets,
+    lie_bracket,
 )
-from ulna.geometry.lie import iterated_brackets, lie_bracket
+from ulna.geometry.distributions import contains, dimension_at, generic_basis, generic_dimension
 from ulna.geometry.oneform import contraction
-from ulna.symbolic.exact.zero import is_zero
+from ulna.symbolic.exact import is_zero
 
 X = x1, x2, x3 = symbols("x1:4", real=True)
 ROBOT = distribution([Matrix([sin(x3), cos(x3), 0]), Matrix([0, 0, 1])], X)  # Röbenack 2017, Involutiv_Test

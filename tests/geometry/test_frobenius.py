@@ -3,12 +3,9 @@
 import pytest
 from sympy import Expr, Matrix, atan, cos, exp, log, sin, symbols
 
-from ulna.geometry.distribution import distribution
-from ulna.geometry.frobenius import first_integrals, verified
-from ulna.geometry.lie import lie_derivative
-from ulna.symbolic.exact.rank import generic_rank
-from ulna.symbolic.exact.spans import null_space
-from ulna.symbolic.exact.zero import is_zero
+from ulna.geometry import distribution, first_integrals, lie_derivative
+from ulna.geometry.leaves import verified
+from ulna.symbolic.exact import generic_rank, is_zero, null_space
 
 X = x1, x2, x3, x4, x5 = symbols("x1:6", real=True)
 a, b = symbols("a b", positive=True)

@@ -19,11 +19,10 @@ from sympy import (
 )
 
 from ulna.base import UlnaError
-from ulna.geometry.integrate_form import exact_potential, integrate, parallel
-from ulna.geometry.lie import iterated_brackets
-from ulna.geometry.oneform import OneForm, differential, one_form, scaled
-from ulna.symbolic.exact.spans import null_space
-from ulna.symbolic.exact.zero import is_zero
+from ulna.geometry import OneForm, exact_potential, integrate, iterated_brackets, one_form
+from ulna.geometry.integrate_form import parallel
+from ulna.geometry.oneform import differential, scaled
+from ulna.symbolic.exact import is_zero, null_space
 
 X = x1, x2, x3, x4 = symbols("x1:5", real=True)
 a, b, J, I = symbols("a b J I", real=True)

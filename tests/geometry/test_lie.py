@@ -6,14 +6,8 @@ from hypothesis import strategies as st
 from sympy import Matrix, Rational, cos, exp, eye, sin, symbols, zeros
 
 from ulna.base import UlnaError
-from ulna.geometry.lie import (
-    iterated_bracket,
-    iterated_brackets,
-    lie_bracket,
-    lie_derivative,
-    lie_derivative_of_covector,
-)
-from ulna.symbolic.exact.zero import is_zero
+from ulna.geometry import iterated_bracket, iterated_brackets, lie_bracket, lie_derivative, lie_derivative_of_covector
+from ulna.symbolic.exact import is_zero
 
 X = symbols("x1:4", real=True)
 PIECES = (1, X[0], X[1], X[2], X[0] * X[1], X[2] ** 2, sin(X[0]), cos(X[1]), exp(X[2]))

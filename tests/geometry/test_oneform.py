@@ -6,19 +6,9 @@ from hypothesis import strategies as st
 from sympy import Expr, Matrix, cos, exp, sin, symbols
 
 from ulna.base import UlnaError
-from ulna.geometry.lie import lie_derivative_of_covector
-from ulna.geometry.oneform import (
-    closed,
-    contraction,
-    differential,
-    exterior_derivative,
-    frobenius,
-    frobenius_codistribution,
-    one_form,
-    scaled,
-    wedge,
-)
-from ulna.symbolic.exact.zero import is_zero
+from ulna.geometry import closed, exterior_derivative, frobenius, lie_derivative_of_covector, one_form
+from ulna.geometry.oneform import contraction, differential, frobenius_codistribution, scaled, wedge
+from ulna.symbolic.exact import is_zero
 
 X = x1, x2, x3 = symbols("x1:4", real=True)
 PIECES = (x1, x2, x3, x1 * x2, x2 * x3**2, sin(x1), cos(x2 * x3), exp(x3 - x1))

@@ -11,9 +11,8 @@ import pytest
 import sympy as sp
 
 from ulna.base import UlnaError
-from ulna.geometry.accessibility import accessibility
-from ulna.geometry.relative_degree import relative_degree, relative_degree_of
-from ulna.symbolic.exact.zero import is_zero
+from ulna.geometry import accessibility, relative_degree, relative_degree_of
+from ulna.symbolic.exact import is_zero
 from ulna.system import System, control_affine, system_from_mapping
 
 KNOWN = [

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -13,15 +16,19 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "ulna"
 
 
-def _contract() -> str:
+def _contracts() -> str:
     """The import-linter sections of pyproject.toml, as they stand there."""
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     return text[text.index("[tool.importlinter]") :]
 
 
+CONTRACTS: list[dict[str, Any]] = tomllib.loads(_contracts())["tool"]["importlinter"]["contracts"]
+ROOMS = {contract["id"]: contract for contract in CONTRACTS if contract["id"] != "layers"}
+
+
 def _lint(folder: Path, files: dict[str, str], contract: str = "layers") -> subprocess.CompletedProcess[str]:
     """Run import-linter with one of the project's contracts on a made-up package `ulna` in `folder`."""
-    (folder / "pyproject.toml").write_text(_contract(), encoding="utf-8")
+    (folder / "pyproject.toml").write_text(_contracts(), encoding="utf-8")
     for name, text in {"__init__.py": "", **files}.items():
         path = folder / "ulna" / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -79,15 +86,24 @@ def test_a_package_without_a_line_is_refused(tmp_path: Path) -> None:
     assert "helpers" in result.stdout
 
 
-def test_a_room_that_imports_one_above_it_is_refused(tmp_path: Path) -> None:
-    files = {
-        "campaign/__init__.py": "",
-        "campaign/plans/__init__.py": "import ulna.campaign.store\n",
-        "campaign/store/__init__.py": "",
-    }
-    result = _lint(tmp_path, files, "rooms-of-campaign")
-    assert result.returncode == 1
-    assert "ulna.campaign.plans is not allowed to import ulna.campaign.store" in result.stdout
+@pytest.mark.parametrize("contract", ROOMS)
+def test_a_room_may_import_downwards_and_is_refused_upwards_or_without_a_line(contract: str, tmp_path: Path) -> None:
+    """Whoever adds a contract on rooms to pyproject.toml has it tested here."""
+    [container] = ROOMS[contract]["containers"]
+    lines = [re.findall(r"[a-z_0-9]+", line) for line in ROOMS[contract]["layers"]]
+    top, bottom = lines[0][0], lines[-1][0]
+
+    def linted(**texts: str) -> str:
+        rooms = dict.fromkeys([room for line in lines for room in line], "") | texts
+        package = container.removeprefix("ulna.")
+        files = {f"{package}/{room}/__init__.py": text for room, text in rooms.items()}
+        result = _lint(tmp_path, {f"{package}/__init__.py": "", **files}, contract)
+        return "accepted" if result.returncode == 0 else result.stdout
+
+    assert linted(**{top: f"import {container}.{bottom}\n"}) == "accepted"
+    refused = linted(**{bottom: f"import {container}.{top}\n"})
+    assert f"{container}.{bottom} is not allowed to import {container}.{top}" in refused
+    assert f"{container}.cellar" in linted(cellar="")
 
 
 def test_nothing_inside_imports_names_from_the_lazy_top_package() -> None:
@@ -106,7 +122,11 @@ def test_an_import_from_the_lazy_top_package_is_noticed() -> None:
 
 
 CLOSED = (
+    "base",
+    "geometry",
     "plants",
+    "program",
+    "symbolic",
     "system",
     "design.analysis",
     "design.control",
@@ -114,31 +134,69 @@ CLOSED = (
     "design.internal",
     "design.observers",
 )
-"""Packages, and rooms of packages, that others import through their fronts only."""
+"""Packages, and rooms of packages, that others import through their fronts only; each room of `symbolic` has one."""
+
+SINGLE = ("ulna.program.lowering.",)
+"""Whose files are fronts of their own, so that no other target's library is loaded."""
 
 
-def _inner_imports(text: str, package: str) -> list[int]:
-    """The lines that import a file of a package, not its front."""
-    inside = f"ulna.{package}."
-    return [
-        node.lineno
-        for node in ast.walk(ast.parse(text))
-        if (isinstance(node, ast.ImportFrom) and (node.module or "").startswith(inside))
-        or (isinstance(node, ast.Import) and any(alias.name.startswith(inside) for alias in node.names))
-    ]
+def _public(front: str) -> set[str] | None:
+    """The names that a package's `__init__` brings in; None if there is no such package."""
+    path = SOURCE.parent.joinpath(*front.split("."), "__init__.py")
+    if not path.exists():
+        return None
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return {
+        alias.asname or alias.name for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names
+    }
+
+
+def _past_the_front(text: str, package: str) -> list[int]:
+    """The lines that import a file of a package, or a name that its front does not offer."""
+    lines = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            wrong = any(alias.name.startswith(f"ulna.{package}.") for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and f"{node.module}.".startswith(f"ulna.{package}."):
+            public = _public(node.module or "")
+            wrong = public is None or not {alias.name for alias in node.names} <= public
+            wrong = wrong and not (node.module or "").startswith(SINGLE)
+        else:
+            continue
+        if wrong:
+            lines.append(node.lineno)
+    return lines
 
 
 @pytest.mark.parametrize("package", CLOSED)
-def test_other_packages_import_the_front_not_its_files(package: str) -> None:
+def test_other_packages_import_fronts_and_what_they_offer(package: str) -> None:
     found = {
         f"{path.relative_to(ROOT)}:{line}"
         for path in SOURCE.rglob("*.py")
-        if not path.is_relative_to(SOURCE / package.replace(".", "/"))
-        for line in _inner_imports(path.read_text(encoding="utf-8"), package)
+        if path != SOURCE / "__init__.py" and not path.is_relative_to(SOURCE / package.replace(".", "/"))
+        for line in _past_the_front(path.read_text(encoding="utf-8"), package)
     }
     assert not found
 
 
 def test_an_import_past_a_front_is_noticed() -> None:
-    assert _inner_imports("from ulna.system import System\nimport ulna.system\n", "system") == []
-    assert _inner_imports("from ulna.system.signal import to_si\nimport ulna.system.file\n", "system") == [1, 2]
+    assert _past_the_front("from ulna.system import System\nimport ulna.system\n", "system") == []
+    assert _past_the_front("from ulna.system.signal import to_si\nimport ulna.system.file\n", "system") == [1, 2]
+    assert _past_the_front("from ulna.symbolic.exact import tidy\n", "symbolic") == []
+    assert _past_the_front("from ulna.symbolic.exact import simplify\n", "symbolic") == [1]
+    assert _past_the_front("from ulna.symbolic import exact\n", "symbolic") == [1]
+    assert _past_the_front("from ulna.program.lowering.heyoka import to_heyoka\n", "program") == []
+
+
+def test_no_front_offers_a_name_that_one_of_its_files_bears() -> None:
+    """`from ulna.geometry import distribution` must not mean two things."""
+    clashes = {
+        f"{front}: {name}"
+        for package in CLOSED
+        if package != "program"  # has three of them
+        for path in (SOURCE / package.replace(".", "/")).rglob("__init__.py")
+        if (front := ".".join(path.parent.relative_to(SOURCE.parent).parts))
+        for name in (_public(front) or ())
+        if (path.parent / f"{name}.py").exists() or (path.parent / name / "__init__.py").exists()
+    }
+    assert not clashes

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 PROGRAM = Path(sys.executable).with_name("ulna")
-HEAVY = {"casadi", "flint", "gmpy2", "heyoka", "matplotlib", "numba", "numpy", "pandas", "pint", "scipy", "symengine"}
+HEAVY = {"casadi", "flint", "gmpy2", "heyoka", "matplotlib", "numba", "numpy", "pandas", "scipy", "symengine"}
 HEAVY |= {"sympy", "xarray"}
 
 

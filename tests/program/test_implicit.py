@@ -24,7 +24,7 @@ from ulna.program import (
     without_inputs,
 )
 from ulna.symbolic.compiling import kernel
-from ulna.symbolic.solving.affine import solve_affine
+from ulna.symbolic.solving import solve_affine
 
 x, y, u, a, b, c = sp.symbols("x y u a b c", real=True)
 SETS = {

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import mpmath
 import sympy as sp
 
-from ulna.symbolic.formulas.parse import parse_formula
+from ulna.symbolic.formulas import parse_formula
 from ulna.system import System, control_affine, equilibrium
 
 DIGITS = 40

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import sympy as sp
 
 from ulna.symbolic.exact.quotients import normal_form
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas import formula
 from ulna.system import System, system_from_mapping
 
 Y = sp.Symbol("y", real=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
+from ulna.symbolic.solving import invert_map
 from ulna.symbolic.solving.algebraic import algebraic
-from ulna.symbolic.solving.invert import invert_map
 
 x, y, w = (sp.Symbol(name, real=True) for name in "xyw")
 a, b, J1, I2, m0 = (sp.Symbol(name, real=True) for name in ("a", "b", "J1", "I2", "m0"))

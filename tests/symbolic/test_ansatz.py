@@ -2,10 +2,11 @@
 
 from sympy import Expr, Integer, Symbol, cos, exp, log, sin, symbols
 
+from ulna.symbolic.exact import is_zero
 from ulna.symbolic.exact.letters import irreducible_factors, letters, wide_letters, words
-from ulna.symbolic.exact.zero import is_zero
+from ulna.symbolic.integration import potential_in_span
 from ulna.symbolic.integration.ansatz import LinearEquations, Span, solutions
-from ulna.symbolic.integration.potential import gradient_equations, potential_by_quadrature, potential_in_span
+from ulna.symbolic.integration.potential import gradient_equations, potential_by_quadrature
 
 X = x, y = symbols("x y", real=True)
 a, b, c = symbols("a b c", real=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from ulna.symbolic.solving.branch import on_branch, real_odd_roots
+from ulna.symbolic.solving import on_branch
+from ulna.symbolic.solving.branch import real_odd_roots
 
 x, y = sp.symbols("x y", real=True)
 a, b = sp.symbols("a b")

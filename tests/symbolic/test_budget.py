@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 import ulna
 from ulna.base import UlnaError
-from ulna.symbolic.exact.budget import Attempt, attempt, time_budget
+from ulna.symbolic.exact import Attempt, attempt, time_budget
 
 SOURCE = Path(ulna.__file__).parent
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from ulna.symbolic.exact.zero import is_zero
-from ulna.symbolic.integration.circular_substitution import antiderivative_by_substitution
+from ulna.symbolic.exact import is_zero
+from ulna.symbolic.integration import antiderivative_by_substitution
 
 y, e = sp.symbols("y e", real=True)
 sin, cos, tan = sp.sin(y), sp.cos(y), sp.tan(y)

@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sympy import Expr, I, Rational, Symbol, cos, cosh, exp, log, oo, pi, sin, sinh, sqrt, symbols, tan, zoo
 
+from ulna.symbolic.exact import null_space
 from ulna.symbolic.exact.finite_field import PRIMES, FieldSample
-from ulna.symbolic.exact.residues import combined_residue, null_space, rational_from_residue
+from ulna.symbolic.exact.residues import combined_residue, rational_from_residue
 
 x, y, z = symbols("x y z", real=True)
 a = Symbol("a", real=True)

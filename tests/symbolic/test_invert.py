@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ulna.base import Status
-from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.symbolic.solving.invert import Inversion, invert_map
+from ulna.symbolic.exact import SampledZero, is_zero
+from ulna.symbolic.solving import Inversion, invert_map
 
 x1, x2, x3, x4 = x = sp.symbols("x1:5", real=True)
 z1, z2, z3, z4 = z = sp.symbols("z1:5", real=True)

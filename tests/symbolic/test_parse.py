@@ -4,8 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ulna.base import FormulaError
-from ulna.symbolic.formulas.parse import parse_formula
-from ulna.symbolic.formulas.text import exact, formula
+from ulna.symbolic.formulas import exact, formula, parse_formula
 
 x, y, E = (sp.Symbol(n, real=True) for n in "xyE")
 NAMES = {"x": x, "y": y, "E": E}

@@ -8,10 +8,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ulna.base import Status
-from ulna.symbolic.exact.linear import inverse, inverse_last_column, inverse_last_row, solve_linear
-from ulna.symbolic.exact.rank import generic_rank, minor_determinant, rank_at
-from ulna.symbolic.exact.spans import in_span, null_space
-from ulna.symbolic.exact.zero import SampledZero, are_zero, is_zero
+from ulna.symbolic.exact import (
+    SampledZero,
+    are_zero,
+    generic_rank,
+    in_span,
+    inverse,
+    inverse_last_column,
+    inverse_last_row,
+    is_zero,
+    minor_determinant,
+    null_space,
+    rank_at,
+    solve_linear,
+)
 
 x1, x2, x3, x4 = x = sp.symbols("x1:5", real=True)
 a, G, J, k, m = sp.symbols("a G J k m", real=True)

@@ -7,10 +7,8 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact import attempt, is_zero, shortened, tidy
 from ulna.symbolic.exact.quotients import normal_form
-from ulna.symbolic.exact.simplify import shortened, tidy
-from ulna.symbolic.exact.zero import is_zero
 
 x, y, k, m = sp.symbols("x y k m", real=True)
 sin, cos = sp.sin, sp.cos

@@ -3,10 +3,8 @@
 import pytest
 from sympy import Expr, Matrix, atan, cos, exp, log, sin, sqrt, symbols
 
+from ulna.symbolic.exact import compact, is_zero, normal, null_space, vanishes, without_common_factor
 from ulna.symbolic.exact.angles import with_plain_angles
-from ulna.symbolic.exact.quotients import compact, normal
-from ulna.symbolic.exact.spans import null_space, without_common_factor
-from ulna.symbolic.exact.zero import is_zero, vanishes
 
 x, y, z, a = symbols("x y z a", real=True)
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ulna.base import Status
-from ulna.symbolic.exact.zero import SampledZero, are_zero, is_zero
+from ulna.symbolic.exact import SampledZero, are_zero, is_zero
 
 x, y, z, a, b = sp.symbols("x y z a b", real=True)
 sin, cos, tan, exp, log, sqrt = sp.sin, sp.cos, sp.tan, sp.exp, sp.log, sp.sqrt

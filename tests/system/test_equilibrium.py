@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from ulna.base import PlantError
-from ulna.base.verdict import Status
+from ulna.base import PlantError, Status
 from ulna.plants import model
 from ulna.system import Equilibrium, System, equilibria, equilibrium, linearise, system_from_mapping
 

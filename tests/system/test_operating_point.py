@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from ulna.base.verdict import Status
+from ulna.base import Status
 from ulna.system import equilibrium, system_from_mapping
 
 

@@ -12,10 +12,12 @@ from ulna.base.errors import (
     UlnaWarning,
     UnitError,
 )
+from ulna.base.units import Dimension, Unit, dimension_text, unit
 from ulna.base.verdict import Status, Verdict, all_of
 
 __all__ = [
     "DesignError",
+    "Dimension",
     "FormulaError",
     "NoFormError",
     "NotAffineError",
@@ -25,7 +27,10 @@ __all__ = [
     "Status",
     "UlnaError",
     "UlnaWarning",
+    "Unit",
     "UnitError",
     "Verdict",
     "all_of",
+    "dimension_text",
+    "unit",
 ]

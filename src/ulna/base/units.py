@@ -1,4 +1,4 @@
-"""Unit text at the border: its SI factor and its dimension (Pint does the work, imported on first use)."""
+"""Unit text at the border: its exact SI factor and dimension. A table holds what plants, motors and logs are in."""
 
 from __future__ import annotations
 
@@ -7,13 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from typing import Any
+from itertools import accumulate
 
 from ulna.base.errors import UnitError
-
-# Pint evaluates powers while it reads: what may reach it is names, small integer powers, products and quotients.
-_UNIT_TEXT = re.compile(r"[A-Za-zµΩ°%²³0-9_^*/().\s·-]*")
-_NOT_MEANT = re.compile(r"//|\d{2,}|\d\s*\*\*|\^\s*\d+\s*\^")
 
 Dimension = Mapping[str, Fraction]
 """Exponents of the SI base quantities, zero ones left out; an angle has dimension one."""
@@ -34,44 +30,139 @@ class Unit:
         return self.factor == 1 and self.degrees == 0
 
 
-@cache
-def _registry() -> Any:  # Pint's own types know floats only
-    from pint import UnitRegistry
+_DERIVED = {
+    "Hz": "1/s",
+    "N": "kg*m/s^2",
+    "Nm": "N*m",
+    "Pa": "N/m^2",
+    "J": "N*m",
+    "W": "J/s",
+    "Wh": "3600 J",
+    "C": "A*s",
+    "Ah": "3600 C",
+    "V": "W/A",
+    "F": "C/V",
+    "ohm": "V/A",
+    "Ω": "V/A",
+    "S": "A/V",
+    "Wb": "V*s",
+    "T": "Wb/m^2",
+    "H": "Wb/A",
+    "l": "0.001 m^3",
+    "bar": "100000 Pa",
+    "rad": "1",
+}
+"""Units that take prefixes, as the base units do: a number, where it is not one, and the unit it counts."""
 
-    registry: Any = UnitRegistry
-    return registry(non_int_type=Fraction)
+_WITHOUT_PREFIX = {
+    "°": "deg",
+    "degree": "deg",
+    "degrees": "deg",
+    "rev": "360 deg",
+    "rpm": "6 deg/s",
+    "min": "60 s",
+    "h": "3600 s",
+    "day": "86400 s",
+    "%": "0.01 1",
+    "t": "1000 kg",
+    "in": "0.0254 m",
+    "ft": "0.3048 m",
+    "lb": "0.45359237 kg",
+    "lbf": "4.4482216152605 N",
+}
+_BASE: dict[str, tuple[Fraction, int, str]] = {
+    "1": (Fraction(1), 0, ""),
+    "deg": (Fraction(1), 1, ""),
+    "g": (Fraction(1, 1000), 0, "mass"),
+    "m": (Fraction(1), 0, "length"),
+    "s": (Fraction(1), 0, "time"),
+    "A": (Fraction(1), 0, "current"),
+    "K": (Fraction(1), 0, "temperature"),
+    "mol": (Fraction(1), 0, "substance"),
+    "cd": (Fraction(1), 0, "luminosity"),
+}
+"""Factor to SI, degrees and quantity."""
+
+_PREFIXES = {"n": -9, "µ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
+_TOKEN = re.compile(
+    r"\s*(?:(?P<sign>[*·/()])|(?P<name>[A-Za-zµΩ°%]+|1)(?:(?:\^|\*\*)(?P<power>-?\d)|(?P<raised>[²³]))?)"
+)
+_WRONG = re.compile(r"^[*/)]|[*/(]$|[*/(][*/)]|\)\(|^$")
 
 
 @cache
 def unit(text: str) -> Unit:
-    """Read a unit such as `"N*m/A"`, `"rad/s"` or `"mH"`; the empty text and `"1"` are dimensionless.
+    """Read a unit such as `"N*m/A"`, `"V/(rad/s)"`, `"kg m^2"` or `"mH"`; the empty text and `"1"` are dimensionless.
 
     Raises:
         UnitError: for an unknown unit or text that is no unit.
     """
-    if text.strip() in ("", "1"):
-        return Unit(text=text, factor=Fraction(1), degrees=0, dimension={})
-    asked = f"unit '{text}'"
-    if len(text) > 60 or not _UNIT_TEXT.fullmatch(text) or _NOT_MEANT.search(text):
-        raise UnitError(asked, "this is not the text of a unit.", "Write products and quotients such as 'N*m/A'.")
-    try:
-        parsed: Any = _registry().Unit(text.replace("·", "*"))
-        degrees = int(dict(parsed._units).get("degree", 0))
-        without = parsed / _registry().Unit("degree") ** degrees if degrees else parsed
-        quantity: Any = _registry().Quantity(Fraction(1), without).to_base_units()
-    except Exception as error:  # noqa: BLE001  (Pint raises a wide family, all of them mean the same to the user)
+    if not text.strip():
+        return _made(text)
+    tokens, place = [], 0
+    while token := _TOKEN.match(text, place):
+        tokens.append(token)
+        place = token.end()
+    shape = "".join(token["sign"] or "n" for token in tokens).replace("·", "*")
+    depth = list(accumulate((sign == "(") - (sign == ")") for sign in shape))
+    if text[place:].strip() or len(text) > 60 or _WRONG.search(shape) or depth[-1] or min(depth) < 0:
         raise UnitError(
-            asked, f"it cannot be read ({error}).", "SI units with prefixes are known: mH, N*m, rad/s."
-        ) from None
-    if {"degree_Celsius", "degree_Fahrenheit"} & set(parsed._units):
-        raise UnitError(asked, "its zero is not that of SI.", "Write the temperature in K.")
-    # The registry's base of mass is the gram's thousandfold already (kg); of angle the radian, dimension one.
-    dimension = {
-        name.strip("[]"): Fraction(power).limit_denominator(12)
-        for name, power in dict(parsed.dimensionality).items()
-        if power != 0
-    }
-    return Unit(text=text, factor=Fraction(quantity.magnitude), degrees=degrees, dimension=dimension)
+            f"unit '{text[:60]}'", "this is not the text of a unit.", "Write products and quotients such as 'N*m/A'."
+        )
+    found, signs, sign = _made(text), [1], 1
+    for token in tokens:
+        match token["sign"]:
+            case None:
+                power = int(token["power"] or {"²": 2, "³": 3}.get(token["raised"], 1))
+                found = _times(found, _named(token["name"], text), sign * power)
+            case "(":
+                signs.append(sign)
+            case ")":
+                signs.pop()
+        sign = -signs[-1] if token["sign"] == "/" else signs[-1]
+    return found
+
+
+def _made(text: str, factor: Fraction = Fraction(1), degrees: int = 0, dimension: Dimension | None = None) -> Unit:
+    return Unit(text=text, factor=factor, degrees=degrees, dimension=dimension or {})
+
+
+def _times(first: Unit, second: Unit, power: int) -> Unit:
+    """first · second^power, as the first is written."""
+    dimension = dict(first.dimension)
+    for quantity, exponent in second.dimension.items():
+        dimension[quantity] = dimension.get(quantity, Fraction(0)) + power * exponent
+    return _made(
+        first.text,
+        first.factor * second.factor**power,
+        first.degrees + power * second.degrees,
+        {quantity: exponent for quantity, exponent in dimension.items() if exponent},
+    )
+
+
+def _named(name: str, text: str) -> Unit:
+    """A unit by its symbol, with or without a prefix."""
+    if name in ("degC", "degF", "°C", "°F"):
+        raise UnitError(f"unit '{text}'", "its zero is not that of SI.", "Write the temperature in K.")
+    found = _without_prefix(name)
+    if found is None and name[0] in _PREFIXES and name[1:] not in (*_WITHOUT_PREFIX, "deg", "1"):
+        found = _without_prefix(name[1:])
+        found = found and _times(_made(name, Fraction(10) ** _PREFIXES[name[0]]), found, 1)
+    if found is None:
+        hint = "SI symbols with prefixes are known (mH, N*m, rad/s), and deg, rpm, min, h, l, in, lb."
+        raise UnitError(f"unit '{text}'", f"'{name}' is unknown.", hint)
+    return found
+
+
+def _without_prefix(name: str) -> Unit | None:
+    if name in _BASE:
+        factor, degrees, quantity = _BASE[name]
+        return _made(name, factor, degrees, {quantity: Fraction(1)} if quantity else {})
+    meaning = _DERIVED.get(name) or _WITHOUT_PREFIX.get(name)
+    if meaning is None:
+        return None
+    number, blank, counted = meaning.partition(" ")
+    return _times(_made(name, Fraction(number)), unit(counted), 1) if blank else unit(meaning)
 
 
 def dimension_text(dimension: Dimension) -> str:

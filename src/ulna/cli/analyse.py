@@ -12,7 +12,7 @@ from ulna.cli.options import AsJson, PlantOptions
 from ulna.cli.terminal import console, line, print_json, progress
 
 if TYPE_CHECKING:
-    from ulna.base.verdict import Verdict
+    from ulna.base import Verdict
     from ulna.design import Analysis
 
 _COLOURS = {"proved": "green", "refuted": "red", "supported": "yellow", "undecided": "dim"}

@@ -61,7 +61,7 @@ def as_file(controller: Controller) -> System:
         DesignError: a law on states that would read an output of the same name.
     """
     from ulna.base import DesignError
-    from ulna.symbolic.formulas.text import exact
+    from ulna.symbolic.formulas import exact
 
     plant = controller.plant
     states = {s.name: s.symbol for s in plant.states} if controller.reads_states else {}

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ulna.base.errors import SimulationError
+from ulna.base import SimulationError
 from ulna.cli.options import Arithmetic, Discretisation, HardwareOptions
 from ulna.cli.typed_values import known_name, number, typed_list
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ulna.base.errors import SimulationError
+from ulna.base import SimulationError
 from ulna.cli.options import PlantOptions
 from ulna.cli.typed_values import known_name, named_values, quantity, unit_in
 

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from ulna.base.errors import PlantError, SimulationError
+from ulna.base import PlantError, SimulationError
 from ulna.cli.asked_controller import designed, require_consistent
 from ulna.cli.asked_hardware import hardware_of, require_period
 from ulna.cli.asked_plant import parameter_values

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ulna.base.errors import SimulationError
+from ulna.base import SimulationError
 from ulna.cli.asked_plant import plant_in_file
 from ulna.cli.asked_run import Run, run_of
 from ulna.cli.option_groups import with_groups

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 from typer.core import TyperGroup
 
-from ulna.base.errors import UlnaError, UlnaWarning
+from ulna.base import UlnaError, UlnaWarning
 from ulna.cli.wording import in_terminal_words
 
 if TYPE_CHECKING:

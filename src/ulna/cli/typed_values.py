@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
-from ulna.base.errors import FormulaError, SimulationError, UlnaError, UnitError
+from ulna.base import FormulaError, SimulationError, UlnaError, UnitError
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -62,7 +62,7 @@ def number(text: str, asked: str) -> float:
     Raises:
         UlnaError: for anything else.
     """
-    from ulna.symbolic.formulas.parse import parse_formula
+    from ulna.symbolic.formulas import parse_formula
 
     return float(parse_formula(text, {}, where=asked))
 
@@ -78,7 +78,7 @@ def quantity(text: str, asked: str, *, unit: str | None = None) -> sp.Expr:
     Raises:
         UlnaError: for a text that is no number, a unit that is unknown or of another dimension.
     """
-    from ulna.symbolic.formulas.parse import parse_formula
+    from ulna.symbolic.formulas import parse_formula
     from ulna.system import to_si
 
     match = next((found for pattern in _WITH_UNIT if (found := pattern.fullmatch(text))), None)
@@ -92,8 +92,8 @@ def quantity(text: str, asked: str, *, unit: str | None = None) -> sp.Expr:
 
 
 def _checked_unit(written: str, wanted: str | None, asked: str) -> str:
-    from ulna.base.units import dimension_text
-    from ulna.base.units import unit as unit_of
+    from ulna.base import dimension_text
+    from ulna.base import unit as unit_of
 
     try:
         found = unit_of(written)
@@ -122,7 +122,7 @@ def formula_of_time(text: str, asked: str, *, unit: str | None = None) -> float 
         UlnaError: for other names, a text that is no formula.
     """
     from ulna.sim import TIME
-    from ulna.symbolic.formulas.parse import parse_formula
+    from ulna.symbolic.formulas import parse_formula
 
     try:
         found = parse_formula(text, {TIME.name: TIME}, where=asked)

@@ -15,9 +15,8 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 import sympy as sp
 
-from ulna.base.errors import DesignError, FormulaError, UlnaWarning
-from ulna.symbolic.formulas.parse import parse_formula
-from ulna.symbolic.formulas.text import exact, formula
+from ulna.base import DesignError, FormulaError, UlnaWarning
+from ulna.symbolic.formulas import exact, formula, parse_formula
 
 PoleLike: TypeAlias = int | float | complex | str | Fraction | sp.Expr
 _T = TypeVar("_T")

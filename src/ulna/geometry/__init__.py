@@ -1,15 +1,29 @@
 """Lie derivatives, distributions, one-forms and their integration, changes of coordinates, structure of plants."""
 
-from ulna.geometry.accessibility import Accessibility, accessibility
+from ulna.geometry.brackets import Accessibility, accessibility, bracket_name
+from ulna.geometry.coordinates import Diffeomorphism, diffeomorphism, new_symbols
 from ulna.geometry.decomposition import Decomposition, accessible_decomposition, observable_decomposition
-from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism
-from ulna.geometry.distribution import Distribution, annihilator, distribution, involutive, involutive_closure
-from ulna.geometry.frobenius import FirstIntegrals, first_integrals
-from ulna.geometry.integrate_form import Potential, integrate
-from ulna.geometry.lie import iterated_brackets, lie_bracket, lie_derivative, lie_derivative_of_covector
-from ulna.geometry.observability import Observability, observability
+from ulna.geometry.decoupling import RelativeDegree, relative_degree, relative_degree_of
+from ulna.geometry.distributions import (
+    Distribution,
+    annihilator,
+    distribution,
+    filtration,
+    involutive,
+    involutive_closure,
+)
+from ulna.geometry.integrate_form import Potential, exact_potential, integrate
+from ulna.geometry.leaves import FirstIntegrals, first_integrals
+from ulna.geometry.lie import (
+    iterated_bracket,
+    iterated_brackets,
+    lie_bracket,
+    lie_derivative,
+    lie_derivative_of_covector,
+)
+from ulna.geometry.numeric import NumericStructure, numeric_structure
+from ulna.geometry.observation import Observability, differentials, observability
 from ulna.geometry.oneform import OneForm, closed, exterior_derivative, frobenius, one_form
-from ulna.geometry.relative_degree import RelativeDegree, relative_degree
 
 __all__ = [
     "Accessibility",
@@ -17,6 +31,7 @@ __all__ = [
     "Diffeomorphism",
     "Distribution",
     "FirstIntegrals",
+    "NumericStructure",
     "Observability",
     "OneForm",
     "Potential",
@@ -24,21 +39,29 @@ __all__ = [
     "accessibility",
     "accessible_decomposition",
     "annihilator",
+    "bracket_name",
     "closed",
     "diffeomorphism",
+    "differentials",
     "distribution",
+    "exact_potential",
     "exterior_derivative",
+    "filtration",
     "first_integrals",
     "frobenius",
     "integrate",
     "involutive",
     "involutive_closure",
+    "iterated_bracket",
     "iterated_brackets",
     "lie_bracket",
     "lie_derivative",
     "lie_derivative_of_covector",
+    "new_symbols",
+    "numeric_structure",
     "observability",
     "observable_decomposition",
     "one_form",
     "relative_degree",
+    "relative_degree_of",
 ]

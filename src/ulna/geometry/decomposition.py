@@ -13,15 +13,12 @@ from itertools import combinations
 import sympy as sp
 
 from ulna.base import Verdict, all_of
-from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
-from ulna.geometry.distribution import Distribution, distribution
-from ulna.geometry.frobenius import first_integrals
+from ulna.geometry.coordinates import Diffeomorphism, diffeomorphism, new_symbols
+from ulna.geometry.distributions import Distribution, distribution
+from ulna.geometry.leaves import first_integrals
 from ulna.geometry.lie import lie_bracket, lie_derivative
-from ulna.geometry.observability import differentials, observation_space
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.rank import generic_rank
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.zero import SampledZero, is_zero
+from ulna.geometry.observation import differentials, observation_space
+from ulna.symbolic.exact import SampledZero, attempt, generic_rank, is_zero, tidy
 from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _TEST = SampledZero(seconds=0.4)

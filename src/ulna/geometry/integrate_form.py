@@ -20,12 +20,8 @@ from ulna.geometry.representative import (
     without_arcsines,
     without_offset,
 )
-from ulna.symbolic.exact.budget import time_budget
-from ulna.symbolic.exact.quotients import normal
-from ulna.symbolic.exact.zero import is_zero, vanishes
-from ulna.symbolic.integration import integrating_factor as factors
-from ulna.symbolic.integration.form_search import FormSearch
-from ulna.symbolic.integration.potential import potentials
+from ulna.symbolic.exact import is_zero, normal, time_budget, vanishes
+from ulna.symbolic.integration import FormSearch, pivot_of, potentials
 
 _CLAIM = "the one-form has an integrating factor"
 
@@ -153,7 +149,7 @@ def _accepted(form: OneForm, candidate: Expr, method: str, point: Mapping[Symbol
     verdict = parallel(value, form)
     if not verdict.holds:
         return None
-    p = factors.pivot_of([Integer(0) if vanishes(w) else w for w in form.components])
+    p = pivot_of([Integer(0) if vanishes(w) else w for w in form.components])
     factor = normal(value.diff(form.coordinates[p]) / form.components[p])
     claim = "the differential of the function is the factor times the one-form"
     stated = Verdict(claim=claim, status=verdict.status, evidence=verdict.evidence)

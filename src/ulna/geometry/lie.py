@@ -14,7 +14,7 @@ from sympy import Expr, Float, ImmutableDenseMatrix, Integer, Rational, Symbol
 from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError
-from ulna.symbolic.exact.quotients import compact
+from ulna.symbolic.exact import compact
 
 Scalar: TypeAlias = Expr | int
 """A function, or a whole number as users write it."""

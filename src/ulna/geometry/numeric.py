@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ulna.base import OptionalDependencyError, Verdict
-from ulna.symbolic.exact.rank import rank_of_numbers
+from ulna.symbolic.exact import rank_of_numbers
 from ulna.system import SystemKernel
 
 SEED = 5039

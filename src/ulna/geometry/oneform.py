@@ -14,8 +14,7 @@ from sympy.matrices import MatrixBase
 
 from ulna.base import UlnaError, Verdict, all_of
 from ulna.geometry.lie import Scalar, expression
-from ulna.symbolic.exact.spans import null_space
-from ulna.symbolic.exact.zero import is_zero
+from ulna.symbolic.exact import is_zero, null_space
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -31,9 +31,8 @@ from sympy import (
     together,
 )
 
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.quotients import normal
-from ulna.symbolic.integration.integrating_factor import exponential
+from ulna.symbolic.exact import attempt, normal
+from ulna.symbolic.integration import exponential
 
 _SECONDS = 0.5
 _STEPS = (Rational(1, 97), Rational(-1, 89), Rational(1, 61), Rational(-1, 53))

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import sympy as sp
 
 from ulna.base import UlnaError
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas import formula
 from ulna.system import NON_SMOOTH
 
 

@@ -10,7 +10,7 @@ from ulna.loop.fitted import Fitted
 from ulna.loop.wiring import numbered
 from ulna.program import Assembly, Kernel, Scalar
 from ulna.symbolic.compiling import kernel
-from ulna.symbolic.formulas.parse import parse_formula
+from ulna.symbolic.formulas import parse_formula
 from ulna.system import System
 
 

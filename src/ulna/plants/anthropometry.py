@@ -14,7 +14,7 @@ import sympy as sp
 
 from ulna.base import PlantError
 from ulna.plants.arm import Forearm, measured_forearm
-from ulna.symbolic.formulas.text import exact
+from ulna.symbolic.formulas import exact
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

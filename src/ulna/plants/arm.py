@@ -9,7 +9,7 @@ import sympy as sp
 
 from ulna.base import PlantError
 from ulna.plants.drive_preset import Preset
-from ulna.symbolic.formulas.text import exact
+from ulna.symbolic.formulas import exact
 from ulna.system import Definition, Parameter, Signal, System
 
 THETA = Signal(name="theta", unit="rad", text="angle, down-positive from the horizontal")

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from ulna.base.errors import PlantError
+from ulna.base import PlantError
 from ulna.system import System, SystemLike, as_system, read_system, system_from_mapping
 
 _FOLDERS = ("data", "textbook")

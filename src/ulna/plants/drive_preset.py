@@ -16,7 +16,7 @@ import sympy as sp
 from ulna.base import PlantError
 from ulna.plants.battery import Battery
 from ulna.plants.thermal import Heating
-from ulna.symbolic.formulas.text import exact
+from ulna.symbolic.formulas import exact
 from ulna.system import Parameter
 
 NEEDED = ("m1", "m2", "b", "N", "km", "kb", "Ra", "La", "Jm", "B", "eta", "g")

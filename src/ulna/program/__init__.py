@@ -11,7 +11,7 @@ from ulna.program.implicit import ImplicitKernel
 from ulna.program.instructions import InstructionList, Operation, pruned
 from ulna.program.instructions_from_casadi import kernel_from_casadi
 from ulna.program.jet import explicit, lie_derivatives, open_derivatives
-from ulna.program.kernel import Kernel, restricted, without_inputs
+from ulna.program.kernel import Kernel, check_names, restricted, without_inputs
 from ulna.program.linear_kernel import joined, solved
 from ulna.program.lowering.c import C_FLAGS, c_header, to_c
 from ulna.program.lowering.javascript import to_javascript
@@ -53,6 +53,7 @@ __all__ = [
     "c_header",
     "cache_folder",
     "chained",
+    "check_names",
     "compiled",
     "costly_first",
     "explicit",

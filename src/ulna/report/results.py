@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import UlnaError
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas import formula
 
 Plain = None | bool | int | float | str | list["Plain"] | dict[str, "Plain"]
 """What JSON can hold."""

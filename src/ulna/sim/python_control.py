@@ -11,7 +11,7 @@ import sympy as sp
 from ulna.base import OptionalDependencyError, SimulationError
 from ulna.program import Kernel, to_python
 from ulna.symbolic.compiling import kernel
-from ulna.symbolic.formulas.text import exact
+from ulna.symbolic.formulas import exact
 from ulna.system import Signal, System
 
 if TYPE_CHECKING:

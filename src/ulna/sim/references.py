@@ -11,7 +11,7 @@ import sympy as sp
 
 from ulna.base import SimulationError
 from ulna.sim.inputs import TIME, Interpolated
-from ulna.symbolic.formulas.text import exact
+from ulna.symbolic.formulas import exact
 
 # Largest values of |s'|, |s''|, |s'''| of the quintic s(τ) = 10 τ³ − 15 τ⁴ + 6 τ⁵ on [0, 1].
 _QUINTIC_PEAKS = (15 / 8, 10 / math.sqrt(3), 60.0)

@@ -7,9 +7,9 @@ from functools import lru_cache
 
 import sympy as sp
 
-from ulna.base.errors import NotAffineError, PlantError
-from ulna.symbolic.exact.zero import is_zero
-from ulna.symbolic.formulas.text import formula
+from ulna.base import NotAffineError, PlantError
+from ulna.symbolic.exact import is_zero
+from ulna.symbolic.formulas import formula
 from ulna.system.holder import SystemLike, as_system
 from ulna.system.system import System
 

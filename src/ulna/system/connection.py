@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ulna.base.errors import PlantError, UnitError
-from ulna.base.units import dimension_text, unit
+from ulna.base import PlantError, UnitError, dimension_text, unit
 from ulna.system.holder import SystemLike, as_system
 from ulna.system.signal import Definition, Parameter, Signal, from_si, to_si
 from ulna.system.system import System

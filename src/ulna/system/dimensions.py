@@ -7,9 +7,8 @@ from fractions import Fraction
 
 import sympy as sp
 
-from ulna.base.errors import UnitError
-from ulna.base.units import Dimension, dimension_text, unit
-from ulna.symbolic.formulas.text import formula
+from ulna.base import Dimension, UnitError, dimension_text, unit
+from ulna.symbolic.formulas import formula
 from ulna.system.system import System
 
 _ONE: Dimension = {}

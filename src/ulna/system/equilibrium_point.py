@@ -8,9 +8,8 @@ from typing import Any, TypeAlias
 
 import sympy as sp
 
-from ulna.base.errors import PlantError
-from ulna.base.verdict import Verdict
-from ulna.symbolic.formulas.text import exact, listing
+from ulna.base import PlantError, Verdict
+from ulna.symbolic.formulas import exact, listing
 from ulna.system.system import System
 
 

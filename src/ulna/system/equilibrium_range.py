@@ -8,10 +8,9 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.base.errors import PlantError
-from ulna.base.verdict import Verdict
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.solving.roots import eliminate, real_roots
+from ulna.base import PlantError, Verdict
+from ulna.symbolic.exact import attempt
+from ulna.symbolic.solving import eliminate, real_roots
 from ulna.system.equilibrium_point import Equilibrium, as_point
 from ulna.system.holder import SystemLike, as_system
 from ulna.system.system import System

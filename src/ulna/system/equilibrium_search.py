@@ -7,9 +7,8 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.base.errors import PlantError
-from ulna.base.verdict import Verdict
-from ulna.symbolic.exact.zero import SampledZero, is_zero
+from ulna.base import PlantError, Verdict
+from ulna.symbolic.exact import SampledZero, is_zero
 from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
 from ulna.system.holder import SystemLike, as_system
 from ulna.system.operating_point import (

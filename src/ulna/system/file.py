@@ -11,7 +11,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from ulna.base.errors import PlantError
+from ulna.base import PlantError
 from ulna.system.holder import SystemLike
 from ulna.system.schema import system_from_mapping, system_to_mapping
 from ulna.system.system import System

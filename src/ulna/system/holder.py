@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol, TypeAlias, runtime_checkable
 
-from ulna.base.errors import PlantError
+from ulna.base import PlantError
 from ulna.system.system import System
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ulna.base.errors import PlantError
+from ulna.base import PlantError
 from ulna.system.system import System
 
 

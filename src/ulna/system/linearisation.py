@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from ulna.base.errors import PlantError
+from ulna.base import PlantError
 from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
 from ulna.system.equilibrium_search import equilibrium
 from ulna.system.holder import SystemLike, as_system

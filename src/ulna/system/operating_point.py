@@ -8,12 +8,10 @@ from functools import lru_cache
 
 import sympy as sp
 
-from ulna.base.errors import FormulaError
-from ulna.base.verdict import Status, Verdict
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.zero import SampledZero, ZeroTest, is_zero
-from ulna.symbolic.formulas.text import formula
-from ulna.symbolic.solving.roots import solutions_in_time
+from ulna.base import FormulaError, Status, Verdict
+from ulna.symbolic.exact import SampledZero, ZeroTest, attempt, is_zero
+from ulna.symbolic.formulas import formula
+from ulna.symbolic.solving import solutions_in_time
 from ulna.system.equilibrium_point import Equilibrium
 from ulna.system.signal import to_si
 from ulna.system.system import System

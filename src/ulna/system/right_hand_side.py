@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ulna.base.errors import PlantError
+from ulna.base import PlantError
 from ulna.program import ImplicitKernel, Kernel, explicit
 from ulna.symbolic.compiling import kernel
 from ulna.system.system import System

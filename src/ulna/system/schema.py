@@ -10,10 +10,8 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.base.errors import PlantError, UnitError
-from ulna.base.units import unit
-from ulna.symbolic.formulas.parse import parse_formula
-from ulna.symbolic.formulas.text import exact, formula
+from ulna.base import PlantError, UnitError, unit
+from ulna.symbolic.formulas import exact, formula, parse_formula
 from ulna.system.dimensions import check_dimensions
 from ulna.system.holder import SystemLike, as_system
 from ulna.system.signal import Definition, Parameter, Signal

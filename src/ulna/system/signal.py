@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ulna.base.units import unit
+from ulna.base import unit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

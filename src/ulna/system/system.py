@@ -8,10 +8,9 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.base.errors import PlantError
-from ulna.symbolic.formulas.parse import RESERVED
-from ulna.symbolic.formulas.text import exact, listing
-from ulna.symbolic.solving.affine import solve_affine
+from ulna.base import PlantError
+from ulna.symbolic.formulas import RESERVED, exact, listing
+from ulna.symbolic.solving import solve_affine
 from ulna.system.signal import Definition, Parameter, Signal, from_si
 
 
@@ -160,7 +159,7 @@ class System:
         return listing(f"System '{self.name}'{inputs}", rows)
 
     def _repr_latex_(self) -> str:
-        from ulna.symbolic.formulas.latex import system_latex
+        from ulna.symbolic.formulas import system_latex
 
         readouts = {o.name: e for o, e in zip(self.outputs, self.readouts, strict=True)}
         return system_latex({s.name: e for s, e in zip(self.states, self.rates, strict=True)}, readouts)

@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.symbolic.compiling import batch_jacobian, batch_vector
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact import attempt
 
 AtPoints: TypeAlias = Callable[[np.ndarray], np.ndarray]
 """From (P, n) points to one array whose first axis is P."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ulna.base.units import unit as unit_of
+from ulna.base import unit as unit_of
 from ulna.campaign.runs.experiment import Experiment, Role
 from ulna.campaign.runs.measures import Column, Window
 from ulna.loop import Loop

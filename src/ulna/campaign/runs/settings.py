@@ -26,9 +26,8 @@ from ulna.campaign.runs.experiment import Experiment
 from ulna.campaign.runs.measures import Measures, Window
 from ulna.loop import Loop
 from ulna.program import Fused, Plain, Precision
-from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.symbolic.formulas.parse import parse_formula
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.exact import SampledZero, is_zero
+from ulna.symbolic.formulas import formula, parse_formula
 
 TYPE = "type"
 

@@ -12,7 +12,7 @@ from ulna.design.analysis.answer import Answer, not_applicable
 from ulna.design.analysis.formula_answers import GROUPS, law_of_outputs, outputs_answered
 from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.budget import PATIENCE, attempt
+from ulna.symbolic.exact import PATIENCE, attempt
 from ulna.system import Equilibrium, System, control_affine, equilibrium, given_point, system_kernel
 
 SECONDS = 8.0

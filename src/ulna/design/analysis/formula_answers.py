@@ -19,12 +19,9 @@ from ulna.design.forms import (
 )
 from ulna.design.internal import minimum_phase, zero_dynamics
 from ulna.design.observers import ObserverForm, find_observer_form, output_transformation
-from ulna.geometry.accessibility import accessibility
-from ulna.geometry.diffeomorphism import new_symbols
-from ulna.geometry.observability import observability
-from ulna.geometry.relative_degree import RelativeDegree, relative_degree
-from ulna.symbolic.exact.zero_set import zero_set
-from ulna.symbolic.solving.branch import on_branch
+from ulna.geometry import RelativeDegree, accessibility, new_symbols, observability, relative_degree
+from ulna.symbolic.exact import zero_set
+from ulna.symbolic.solving import on_branch
 from ulna.system import System, equilibrium_in_numbers
 
 _NO_OUTPUT = "the plant has no output"

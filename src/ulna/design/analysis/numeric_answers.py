@@ -10,7 +10,7 @@ import sympy as sp
 from ulna.base import NoFormError, Verdict
 from ulna.design.analysis.answer import Answer, decided, not_applicable
 from ulna.design.forms import compiled_law, relative_degrees
-from ulna.geometry.numeric import NumericStructure, numeric_structure
+from ulna.geometry import NumericStructure, numeric_structure
 from ulna.system import System, SystemKernel, system_kernel
 
 LARGE = 13

@@ -13,7 +13,7 @@ from ulna.base import DesignError
 from ulna.design.control.output_feedback import close_loop
 from ulna.design.gains import Gains, gain_rule
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact import tidy
 from ulna.system import Signal, System, SystemLike
 
 

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ulna.base.errors import DesignError, UlnaWarning
+from ulna.base import DesignError, UlnaWarning
 from ulna.design.control.reference import AbstractReference, ReferenceChain, Regulate
 from ulna.design.forms import LinearisingForm, NormalForm, controller_form
 from ulna.design.gains import Gains, gain_matrix, gain_rule, roots_of
 from ulna.plants import PlantLike
-from ulna.symbolic.exact.simplify import shortened
-from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.symbolic.formulas.text import formula, listing
+from ulna.symbolic.exact import SampledZero, is_zero, shortened
+from ulna.symbolic.formulas import formula, listing
 from ulna.system import Signal, System, equilibrium
 
 
@@ -54,7 +53,7 @@ class Law:
         return listing(f"Law of '{self.form.system.name}'", rows)
 
     def _repr_latex_(self) -> str:
-        from ulna.symbolic.formulas.latex import equation_latex
+        from ulna.symbolic.formulas import equation_latex
 
         return equation_latex(self.form.view.u, self.expressions)
 

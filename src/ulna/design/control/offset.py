@@ -11,10 +11,9 @@ import sympy as sp
 from ulna.base import DesignError
 from ulna.design.control.output_feedback import close_loop
 from ulna.plants import PlantLike
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.formulas.text import exact
-from ulna.symbolic.solving.roots import eliminate, real_roots
+from ulna.symbolic.exact import attempt, tidy
+from ulna.symbolic.formulas import exact
+from ulna.symbolic.solving import eliminate, real_roots
 from ulna.system import System, SystemLike
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import sympy as sp
 
-from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact import tidy
 from ulna.system import Signal, System, equilibrium
 
 

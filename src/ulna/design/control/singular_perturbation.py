@@ -14,9 +14,8 @@ import sympy as sp
 
 from ulna.base import DesignError, Verdict
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.linear import solve_linear
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.solving.roots import solutions
+from ulna.symbolic.exact import solve_linear, tidy
+from ulna.symbolic.solving import solutions
 from ulna.system import System, equilibrium, linearise
 
 SETTLED = 3.0

@@ -8,16 +8,11 @@ from itertools import combinations
 
 import sympy as sp
 
-from ulna.base.verdict import Status, Verdict
-from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
+from ulna.base import Status, Verdict
+from ulna.geometry import RelativeDegree, relative_degree_of
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.budget import time_budget
-from ulna.symbolic.exact.linear import solve_linear
-from ulna.symbolic.exact.rank import generic_rank, rank_at
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.spans import in_span
-from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.exact import SampledZero, generic_rank, in_span, is_zero, rank_at, solve_linear, tidy, time_budget
+from ulna.symbolic.formulas import formula
 from ulna.system import Signal, System, control_affine, equilibrium_in_numbers
 
 _QUICK = SampledZero(seconds=0.3)

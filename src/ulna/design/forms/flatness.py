@@ -7,12 +7,11 @@ from dataclasses import replace
 
 import sympy as sp
 
-from ulna.base.errors import PlantError
-from ulna.base.verdict import Verdict
+from ulna.base import PlantError, Verdict
 from ulna.design.forms.extension import dynamic_extension
-from ulna.geometry.relative_degree import relative_degree_of
+from ulna.geometry import relative_degree_of
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas import formula
 from ulna.system import control_affine
 
 

@@ -13,9 +13,9 @@ from ulna.base import DesignError, NoFormError, Verdict, all_of
 from ulna.design.forms.linearisability_conditions import Linearisability
 from ulna.design.forms.linearising_form import LinearisingForm, form_of
 from ulna.design.forms.output_search import LinearisingOutputs, linearises, linearising_outputs
-from ulna.geometry.relative_degree import RelativeDegree, relative_degree, relative_degree_of
+from ulna.geometry import RelativeDegree, relative_degree, relative_degree_of
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas import formula
 from ulna.system import ControlAffine, System, control_affine
 
 

@@ -6,12 +6,11 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from ulna.base.errors import NoFormError
-from ulna.base.verdict import Verdict
+from ulna.base import NoFormError, Verdict
 from ulna.design.forms.linearising_form import LinearisingForm, form_of
-from ulna.geometry.relative_degree import RelativeDegree, relative_degree, relative_degree_of
+from ulna.geometry import RelativeDegree, relative_degree, relative_degree_of
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas import formula
 from ulna.system import System, equilibrium
 
 

@@ -22,7 +22,7 @@ from ulna.program import (
     to_numpy,
     without_inputs,
 )
-from ulna.symbolic.exact.rank import rank_of_numbers
+from ulna.symbolic.exact import rank_of_numbers
 from ulna.system import System, SystemKernel, system_kernel
 
 SEED = 20140

@@ -13,15 +13,19 @@ from functools import lru_cache
 import sympy as sp
 
 from ulna.base import Verdict, all_of
-from ulna.geometry.accessibility import Accessibility, accessibility, bracket_name
-from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
-from ulna.geometry.integrate_form import exact_potential
-from ulna.geometry.lie import lie_bracket
-from ulna.geometry.oneform import one_form
+from ulna.geometry import (
+    Accessibility,
+    Diffeomorphism,
+    accessibility,
+    bracket_name,
+    diffeomorphism,
+    exact_potential,
+    lie_bracket,
+    new_symbols,
+    one_form,
+)
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.linear import inverse
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.zero import SampledZero
+from ulna.symbolic.exact import SampledZero, inverse, tidy
 from ulna.system import System, equilibrium
 
 _TEST = SampledZero(seconds=0.3)

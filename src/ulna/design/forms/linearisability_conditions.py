@@ -16,12 +16,9 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import Verdict, all_of
-from ulna.geometry.accessibility import Accessibility, accessibility
-from ulna.geometry.distribution import filtration, involutive
-from ulna.geometry.lie import lie_bracket
+from ulna.geometry import Accessibility, accessibility, filtration, involutive, lie_bracket
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.rank import generic_rank
+from ulna.symbolic.exact import attempt, generic_rank
 from ulna.system import System, equilibrium
 
 _PROOF_SECONDS = 1.0

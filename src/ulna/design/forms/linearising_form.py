@@ -12,13 +12,9 @@ from functools import lru_cache
 import sympy as sp
 
 from ulna.base import NoFormError, Verdict, all_of
-from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
-from ulna.geometry.relative_degree import RelativeDegree
-from ulna.symbolic.exact.linear import inverse
-from ulna.symbolic.exact.rank import generic_rank, minor_determinant
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.zero import are_zero
-from ulna.symbolic.formulas.text import listing
+from ulna.geometry import Diffeomorphism, RelativeDegree, diffeomorphism, new_symbols
+from ulna.symbolic.exact import are_zero, generic_rank, inverse, minor_determinant, tidy
+from ulna.symbolic.formulas import listing
 from ulna.system import ControlAffine, Signal, System, equilibrium
 
 _TIDY_SECONDS = 0.2
@@ -157,7 +153,7 @@ class LinearisingForm:
         return listing(f"{kind} form of '{self.system.name}', chains of {', '.join(map(str, self.indices))}", rows)
 
     def _repr_latex_(self) -> str:
-        from ulna.symbolic.formulas.latex import expression_latex
+        from ulna.symbolic.formulas import expression_latex
 
         return f"$$z = {expression_latex(self.chain)},\\quad u = {expression_latex(self.control)}$$"
 

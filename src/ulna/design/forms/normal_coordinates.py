@@ -7,17 +7,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ulna.base.verdict import Verdict
+from ulna.base import Verdict
 from ulna.design.forms.input_output import input_output_form
 from ulna.design.forms.linearising_form import LinearisingForm
-from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
-from ulna.geometry.distribution import distribution
-from ulna.geometry.frobenius import first_integrals
-from ulna.geometry.lie import lie_derivative
+from ulna.geometry import Diffeomorphism, diffeomorphism, distribution, first_integrals, lie_derivative, new_symbols
 from ulna.plants import PlantLike
-from ulna.symbolic.exact.rank import generic_rank, minor_determinant, rank_at
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.zero import SampledZero, are_zero, is_zero
+from ulna.symbolic.exact import SampledZero, are_zero, generic_rank, is_zero, minor_determinant, rank_at, tidy
 from ulna.system import System, equilibrium_in_numbers
 
 _QUICK = SampledZero(seconds=0.3)

@@ -16,20 +16,20 @@ import sympy as sp
 
 from ulna.base import Verdict, all_of
 from ulna.design.forms.linearisability_conditions import Linearisability, linearisability
-from ulna.geometry.accessibility import Accessibility
-from ulna.geometry.distribution import Distribution, filtration
-from ulna.geometry.frobenius import first_integrals
-from ulna.geometry.integrate_form import integrate
-from ulna.geometry.lie import lie_derivative
-from ulna.geometry.oneform import closed, one_form
-from ulna.geometry.relative_degree import RelativeDegree, relative_degree_of
+from ulna.geometry import (
+    Accessibility,
+    Distribution,
+    RelativeDegree,
+    closed,
+    filtration,
+    first_integrals,
+    integrate,
+    lie_derivative,
+    one_form,
+    relative_degree_of,
+)
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.linear import inverse_last_row
-from ulna.symbolic.exact.rank import generic_rank, rank_at
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.spans import null_space
-from ulna.symbolic.exact.zero import SampledZero
+from ulna.symbolic.exact import SampledZero, attempt, generic_rank, inverse_last_row, null_space, rank_at, tidy
 from ulna.system import System, equilibrium
 
 _SECONDS = 4.0

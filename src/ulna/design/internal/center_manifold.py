@@ -12,10 +12,8 @@ from itertools import combinations_with_replacement
 
 import sympy as sp
 
-from ulna.symbolic.exact.rank import generic_rank
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.spans import null_space
-from ulna.symbolic.solving.taylor import taylor_coefficients
+from ulna.symbolic.exact import generic_rank, null_space, tidy
+from ulna.symbolic.solving import taylor_coefficients
 
 Row = tuple[sp.Expr, ...]
 

@@ -8,9 +8,8 @@ from itertools import combinations, combinations_with_replacement
 
 import sympy as sp
 
-from ulna.base.verdict import Status
-from ulna.symbolic.exact.sample import SEED, random_points
-from ulna.symbolic.exact.zero import SampledZero, is_zero
+from ulna.base import Status
+from ulna.symbolic.exact import SEED, SampledZero, is_zero, random_points
 
 _QUICK = SampledZero(seconds=0.3)
 _POINTS = 4

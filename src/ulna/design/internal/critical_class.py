@@ -12,11 +12,8 @@ import sympy as sp
 from ulna.design.internal.center_manifold import CenterModes, ReducedOrder, center_modes, planar_field, reduced_orders
 from ulna.design.internal.conserved import conservative_oscillators, damping_sign
 from ulna.design.internal.planar_stability import center_reason, drifting_type, focal_value, nilpotent_type, reversible
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.rank import generic_rank
-from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.symbolic.solving.level_set import graph_near
-from ulna.symbolic.solving.root_location import RootLocation, eigenvalue_location
+from ulna.symbolic.exact import SampledZero, attempt, generic_rank, is_zero
+from ulna.symbolic.solving import RootLocation, eigenvalue_location, graph_near
 
 _QUICK = SampledZero(seconds=0.3)
 _SECONDS = 1.5

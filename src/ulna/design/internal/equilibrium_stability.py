@@ -9,11 +9,10 @@ from typing import Any
 import sympy as sp
 from sympy.utilities.iterables import strongly_connected_components
 
-from ulna.base.errors import PlantError
-from ulna.base.verdict import Verdict
+from ulna.base import PlantError, Verdict
 from ulna.design.internal.critical_class import BlockClass, StabilityClass, block_class
-from ulna.symbolic.exact.budget import time_budget
-from ulna.symbolic.solving.root_location import eigenvalue_location
+from ulna.symbolic.exact import time_budget
+from ulna.symbolic.solving import eigenvalue_location
 from ulna.system import NON_SMOOTH, Equilibrium, System, equilibrium, equilibrium_in_numbers, known_signs
 
 _DIGITS = 40

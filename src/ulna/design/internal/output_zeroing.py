@@ -7,15 +7,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ulna.base.verdict import Verdict, all_of
-from ulna.symbolic.exact.budget import time_budget
-from ulna.symbolic.exact.linear import solve_linear
-from ulna.symbolic.exact.rank import generic_rank, rank_at
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.spans import null_space
-from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.symbolic.solving.branch import on_branch
-from ulna.symbolic.solving.level_set import graph_near
+from ulna.base import Verdict, all_of
+from ulna.symbolic.exact import SampledZero, generic_rank, is_zero, null_space, rank_at, solve_linear, tidy, time_budget
+from ulna.symbolic.solving import graph_near, on_branch
 from ulna.system import ControlAffine, Equilibrium, System, control_affine, equilibrium_in_numbers
 
 _QUICK = SampledZero(seconds=0.3)

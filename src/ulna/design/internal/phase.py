@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from ulna.base.verdict import Status, Verdict
+from ulna.base import Status, Verdict
 from ulna.design.internal.critical_class import StabilityClass
 from ulna.design.internal.equilibrium_stability import EquilibriumStability, equilibrium_stability
 from ulna.design.internal.output_zeroing import ZeroDynamics
-from ulna.geometry.relative_degree import relative_degree
+from ulna.geometry import relative_degree
 from ulna.system import System
 
 

@@ -12,10 +12,9 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.base.verdict import Status
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.symbolic.solving.taylor import taylor_coefficients
+from ulna.base import Status
+from ulna.symbolic.exact import SampledZero, is_zero, tidy
+from ulna.symbolic.solving import taylor_coefficients
 
 _QUICK = SampledZero(seconds=0.3)
 

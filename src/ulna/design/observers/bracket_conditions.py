@@ -8,14 +8,10 @@ from itertools import combinations
 
 import sympy as sp
 
-from ulna.base.verdict import Status, Verdict, all_of
+from ulna.base import Status, Verdict, all_of
 from ulna.design.observers.refutation_at_points import refutation_at_a_point
-from ulna.geometry.lie import lie_bracket
-from ulna.geometry.observability import Observability, observability
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.linear import inverse_last_column
-from ulna.symbolic.exact.quotients import lowest_terms
-from ulna.symbolic.exact.zero import SampledZero, is_zero
+from ulna.geometry import Observability, lie_bracket, observability
+from ulna.symbolic.exact import SampledZero, attempt, inverse_last_column, is_zero, lowest_terms
 from ulna.system import ControlAffine, System
 
 _TEST = SampledZero(seconds=0.4)

@@ -11,13 +11,12 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.base.errors import DesignError, PlantError
-from ulna.base.verdict import Verdict
+from ulna.base import DesignError, PlantError, Verdict
 from ulna.design.observers.observer import Observer, controlled_rates, estimate_symbols, estimator_system
 from ulna.design.observers.output_functions import output_symbols
-from ulna.geometry.observability import observability
+from ulna.geometry import observability
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.formulas.text import exact
+from ulna.symbolic.formulas import exact
 from ulna.system import Signal, System, control_affine
 
 

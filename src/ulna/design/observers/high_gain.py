@@ -11,8 +11,7 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.base.errors import DesignError, NoFormError
-from ulna.base.verdict import Verdict, all_of
+from ulna.base import DesignError, NoFormError, Verdict, all_of
 from ulna.design.gains import Gains, gain_matrix, gain_rule
 from ulna.design.observers.observer import (
     Observer,
@@ -21,12 +20,10 @@ from ulna.design.observers.observer import (
     estimator_system,
 )
 from ulna.design.observers.output_functions import output_symbols
-from ulna.geometry.lie import lie_derivative
-from ulna.geometry.observability import Observability, differentials, observability
+from ulna.geometry import Observability, differentials, lie_derivative, observability
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.linear import solve_linear
-from ulna.symbolic.exact.rank import generic_rank
-from ulna.symbolic.formulas.text import exact
+from ulna.symbolic.exact import generic_rank, solve_linear
+from ulna.symbolic.formulas import exact
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

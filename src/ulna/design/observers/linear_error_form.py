@@ -15,13 +15,9 @@ import sympy as sp
 from ulna.base import Verdict, all_of
 from ulna.design.observers.observer_chain import ObserverChain
 from ulna.design.observers.output_functions import OutputSection
-from ulna.geometry.diffeomorphism import Diffeomorphism, diffeomorphism, new_symbols
-from ulna.geometry.lie import lie_derivative
-from ulna.symbolic.exact.linear import inverse
-from ulna.symbolic.exact.rank import generic_rank
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.zero import SampledZero, ZeroTest, is_zero
-from ulna.symbolic.formulas.text import listing
+from ulna.geometry import Diffeomorphism, diffeomorphism, lie_derivative, new_symbols
+from ulna.symbolic.exact import SampledZero, ZeroTest, generic_rank, inverse, is_zero, tidy
+from ulna.symbolic.formulas import listing
 from ulna.system import ControlAffine, System, equilibrium
 
 _TEST = SampledZero(seconds=0.6)
@@ -78,7 +74,7 @@ class ObserverForm:
         return listing(f"Observer form of '{self.system.name}', blocks of {', '.join(map(str, self.indices))}", rows)
 
     def _repr_latex_(self) -> str:
-        from ulna.symbolic.formulas.latex import expression_latex
+        from ulna.symbolic.formulas import expression_latex
 
         return f"$$z = {expression_latex(self.map.forward)},\\quad \\gamma = {expression_latex(self.injection)}$$"
 

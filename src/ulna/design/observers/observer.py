@@ -7,13 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import sympy as sp
 
-from ulna.base.errors import DesignError
-from ulna.base.verdict import Verdict
+from ulna.base import DesignError, Verdict
 from ulna.design.gains import Gains, gain_matrix, gain_rule, roots_of
 from ulna.design.observers.linear_error_form import ObserverForm
 from ulna.design.observers.output_functions import output_symbols
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.simplify import tidy
+from ulna.symbolic.exact import attempt, tidy
 from ulna.system import ControlAffine, LinearInjection, Signal, System, control_affine
 
 _SECONDS = 0.5

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ulna.base.verdict import Verdict
+from ulna.base import Verdict
 from ulna.design.observers.observer_chain import (
     NotOfOutputsError,
     ObserverChain,
@@ -26,13 +26,8 @@ from ulna.design.observers.observer_chain import (
     without_constant,
 )
 from ulna.design.observers.output_functions import OutputSection, integral_over_output
-from ulna.geometry.integrate_form import integrate
-from ulna.geometry.lie import lie_derivative
-from ulna.geometry.observability import Observability
-from ulna.geometry.oneform import one_form
-from ulna.symbolic.exact.linear import inverse
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.zero import SampledZero, is_zero
+from ulna.geometry import Observability, integrate, lie_derivative, one_form
+from ulna.symbolic.exact import SampledZero, inverse, is_zero, tidy
 
 _SECONDS = 0.4
 

@@ -11,11 +11,10 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ulna.base.verdict import Verdict
+from ulna.base import Verdict
 from ulna.design.observers.output_functions import OutputSection, integral_over_output
-from ulna.geometry.lie import lie_bracket, lie_derivative
-from ulna.symbolic.exact.quotients import lowest_terms
-from ulna.symbolic.exact.simplify import tidy
+from ulna.geometry import lie_bracket, lie_derivative
+from ulna.symbolic.exact import lowest_terms, tidy
 
 _SECONDS = 0.4
 

@@ -15,13 +15,11 @@ from ulna.design.observers.observer_blocks import search_blocks
 from ulna.design.observers.observer_chain import NotOfOutputsError, search_chain
 from ulna.design.observers.output_functions import output_section, output_symbols
 from ulna.design.observers.straightened import StraightenedPlant, straightened_plant
-from ulna.geometry.observability import Observability, observability
+from ulna.geometry import Observability, observability
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.zero import SampledZero
-from ulna.symbolic.formulas.text import formula
-from ulna.symbolic.solving.branch import on_branch
+from ulna.symbolic.exact import SampledZero, attempt, tidy
+from ulna.symbolic.formulas import formula
+from ulna.symbolic.solving import on_branch
 from ulna.system import ControlAffine, System, control_affine, equilibrium_in_numbers
 
 _SECONDS = 10.0
@@ -57,15 +55,22 @@ def observer_form(system: PlantLike) -> ObserverForm:
         NoFormError: if there is none or none was found; `value` is the `ObserverFormSearch` that says why.
         NotAffineError: if the plant is not affine in its inputs.
     """
-    search = find_observer_form(as_plant(system))
-    if search.form is not None:
-        return search.form
-    raise NoFormError(
-        f"observer form of '{search.system.name}'",
-        f"{explanation(search.verdict)}.",
-        "Try an output transformation (transformed_observer_form), a high-gain observer or an extended Kalman filter.",
-        value=search,
+    hint = (
+        "Try an output transformation (transformed_observer_form), a high-gain observer or an extended Kalman filter."
     )
+    return required_form(find_observer_form(as_plant(system)), hint)
+
+
+def required_form(search: ObserverFormSearch, hint: str, *, after: str = "") -> ObserverForm:
+    """The form that was found.
+
+    Raises:
+        NoFormError: if there is none or none was found; `value` is the search.
+    """
+    if search.form is None:
+        asked = f"observer form of '{search.system.name}'{after}"
+        raise NoFormError(asked, f"{_explanation(search.verdict)}.", hint, value=search)
+    return search.form
 
 
 @lru_cache(maxsize=64)
@@ -149,7 +154,7 @@ def in_other_outputs(form: ObserverForm, view: ControlAffine, values: Sequence[s
     )
 
 
-def explanation(verdict: Verdict) -> str:
+def _explanation(verdict: Verdict) -> str:
     """One line on why there is no form, with the object that fails."""
     if verdict.holds:
         return f"it exists but was not written down: {verdict.evidence.get('reason', verdict.claim)}"

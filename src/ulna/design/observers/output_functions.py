@@ -9,16 +9,16 @@ from time import thread_time
 
 import sympy as sp
 
-from ulna.base.verdict import Verdict, all_of
-from ulna.geometry.lie import lie_derivative
-from ulna.symbolic.exact.budget import PATIENCE, attempt
-from ulna.symbolic.exact.rank import generic_rank
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.spans import null_space
-from ulna.symbolic.exact.zero import SampledZero, is_zero
-from ulna.symbolic.integration.circular_substitution import antiderivative_by_substitution
-from ulna.symbolic.integration.potential import antiderivative, antiderivative_by_rules, potential_in_span
-from ulna.symbolic.solving.invert import invert_map
+from ulna.base import Verdict, all_of
+from ulna.geometry import lie_derivative
+from ulna.symbolic.exact import PATIENCE, SampledZero, attempt, generic_rank, is_zero, null_space, tidy
+from ulna.symbolic.integration import (
+    antiderivative,
+    antiderivative_by_rules,
+    antiderivative_by_substitution,
+    potential_in_span,
+)
+from ulna.symbolic.solving import invert_map
 from ulna.system import ControlAffine, equilibrium
 
 _FREE_VALUES = (sp.Integer(0), sp.Integer(1), sp.Rational(3, 7), sp.Rational(-5, 11), sp.Integer(2))

@@ -14,12 +14,10 @@ import sympy as sp
 from flint import arb, arb_mat, ctx
 
 from ulna.base import Verdict
-from ulna.geometry.observability import Observability
+from ulna.geometry import Observability
 from ulna.program import BITS, Kernel, lie_derivatives, second_slopes
 from ulna.symbolic.compiling import kernel
-from ulna.symbolic.exact.ball import exact_ball
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.sample import SEED, Point, random_points
+from ulna.symbolic.exact import SEED, Point, attempt, exact_ball, random_points
 
 _SECONDS = 4.0
 _POINTS = 2

@@ -8,10 +8,9 @@ from functools import lru_cache
 
 import sympy as sp
 
-from ulna.geometry.lie import lie_derivative
-from ulna.symbolic.exact.quotients import lowest_terms
-from ulna.symbolic.solving.branch import on_branch
-from ulna.symbolic.solving.invert import invert_map
+from ulna.geometry import lie_derivative
+from ulna.symbolic.exact import lowest_terms
+from ulna.symbolic.solving import invert_map, on_branch
 from ulna.system import ControlAffine, System, control_affine, equilibrium, equilibrium_in_numbers
 
 

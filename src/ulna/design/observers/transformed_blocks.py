@@ -20,7 +20,7 @@ from itertools import product
 
 import sympy as sp
 
-from ulna.base.verdict import Verdict
+from ulna.base import Verdict
 from ulna.design.observers.linear_error_form import ObserverForm
 from ulna.design.observers.observer_blocks import BlockFrame, block_frame
 from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs
@@ -33,9 +33,8 @@ from ulna.design.observers.output_functions import (
     output_symbols,
 )
 from ulna.design.observers.refutation_at_points import refuted_by_two_points
-from ulna.geometry.observability import observability
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.zero import SampledZero, is_zero
+from ulna.geometry import observability
+from ulna.symbolic.exact import SampledZero, is_zero, tidy
 from ulna.system import System, control_affine
 
 _LARGE = 60

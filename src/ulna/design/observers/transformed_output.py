@@ -18,8 +18,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from ulna.base.errors import NoFormError
-from ulna.base.verdict import Verdict, all_of
+from ulna.base import Verdict, all_of
 from ulna.design.observers.bracket_conditions import (
     ObserverConditions,
     chain_of_fields,
@@ -29,9 +28,9 @@ from ulna.design.observers.linear_error_form import ObserverForm, assembled
 from ulna.design.observers.observer_chain import NotOfOutputsError, of_outputs, search_chain
 from ulna.design.observers.observer_coordinates import (
     ObserverFormSearch,
-    explanation,
     find_observer_form,
     in_old_coordinates,
+    required_form,
 )
 from ulna.design.observers.output_functions import OutputSection, exponential, integral_over_output, output_section
 from ulna.design.observers.straightened import straightened_plant
@@ -41,14 +40,10 @@ from ulna.design.observers.transformed_blocks import (
     output_functions,
     with_outputs_replaced,
 )
-from ulna.geometry.lie import lie_bracket
-from ulna.geometry.observability import observability
+from ulna.geometry import lie_bracket, observability
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.quotients import lowest_terms
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.formulas.parse import is_elementary
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.exact import attempt, lowest_terms, tidy
+from ulna.symbolic.formulas import formula, is_elementary
 from ulna.system import System
 
 _SECONDS = 10.0
@@ -61,15 +56,8 @@ def transformed_observer_form(system: PlantLike) -> ObserverForm:
     Raises:
         NoFormError: if there is none or none was found; `value` is the `ObserverFormSearch` that says why.
     """
-    found = output_transformation(as_plant(system))
-    if found.form is not None:
-        return found.form
-    raise NoFormError(
-        f"observer form of '{found.system.name}' with an output transformation",
-        f"{explanation(found.verdict)}.",
-        "A high-gain observer or an extended Kalman filter does not need the form.",
-        value=found,
-    )
+    hint = "A high-gain observer or an extended Kalman filter does not need the form."
+    return required_form(output_transformation(as_plant(system)), hint, after=" with an output transformation")
 
 
 @lru_cache(maxsize=64)

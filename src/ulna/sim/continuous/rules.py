@@ -11,7 +11,7 @@ from ulna.base import SimulationError
 from ulna.loop import TIME, EndStop, Saturation
 from ulna.sim.continuous.crossing import Crossing
 from ulna.sim.continuous.settling import Settling
-from ulna.symbolic.formulas.parse import parse_formula
+from ulna.symbolic.formulas import parse_formula
 from ulna.system import System
 
 Reported = Crossing | Settling

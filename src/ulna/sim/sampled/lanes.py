@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
-from ulna.program import Kernel, Operation, restricted
+from ulna.program import TEMPLATES, Kernel, Operation, literal, restricted
 from ulna.program.lowering.intrinsic import has_intrinsic, intrinsic_source
-from ulna.program.lowering.numba import TEMPLATES, literal
 
 
 class LaneWriter:

@@ -12,7 +12,7 @@ import sympy as sp
 from ulna.loop import Fitted, Loop
 from ulna.loop.flow import flow
 from ulna.loop.step import step
-from ulna.program.lowering.numba import compiled
+from ulna.program import compiled
 from ulna.sim.cache import IdentityCache
 from ulna.sim.sampled.blocks import Blocks, blocks
 from ulna.sim.sampled.engine import FixedSteps

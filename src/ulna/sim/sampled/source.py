@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ulna.loop import Program, Repeat
-from ulna.program import Kernel, restricted
-from ulna.program.lowering.numba import GPU_HEADER, HEADER
+from ulna.program import GPU_HEADER, HEADER, Kernel, restricted
 from ulna.sim.sampled.blocks import TABLE, Blocks
 from ulna.sim.sampled.lanes import LaneWriter
 

@@ -13,7 +13,7 @@ from typing import Final
 
 import sympy as sp
 
-from ulna.geometry.lie import iterated_bracket, lie_bracket, lie_derivative
+from ulna.geometry import iterated_bracket, lie_bracket, lie_derivative
 from ulna.studies.paper.carry import Step, Values, rows_of
 from ulna.studies.paper.printed import Paper
 

@@ -10,7 +10,7 @@ import sympy as sp
 
 from ulna.base import FormulaError
 from ulna.design import gains_in_form
-from ulna.geometry.lie import lie_bracket, lie_derivative, lie_derivative_of_covector
+from ulna.geometry import lie_bracket, lie_derivative, lie_derivative_of_covector
 from ulna.studies.paper.chain import U, X, Y, Z
 from ulna.studies.paper.compare import Comparison, Finding
 from ulna.studies.paper.exact import Exact

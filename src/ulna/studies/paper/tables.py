@@ -18,7 +18,7 @@ from ulna.studies.paper.passive import Passive, rest_angle
 from ulna.studies.paper.printed import Paper
 from ulna.studies.paper.runs import Cause, Loop
 from ulna.studies.paper.verdict import Judged
-from ulna.symbolic.formulas.text import formula
+from ulna.symbolic.formulas import formula
 from ulna.system import Equilibria, linearise
 
 _DIGITS = 6

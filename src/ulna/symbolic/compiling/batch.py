@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.program import to_numpy
-from ulna.symbolic.compiling.kernel import kernel
+from ulna.symbolic.compiling.from_expressions import kernel
 
 BatchFunction = Callable[[Mapping[str, np.ndarray]], np.ndarray]
 """From (P,) arrays by name to an array whose first axis is P."""

@@ -1,9 +1,9 @@
-"""Shorter forms for reading, in bounded time; the value never changes."""
+"""Shorter forms for reading, in bounded time; the value never changes, or for `zero_set` the zeros."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import sympy as sp
 from sympy.functions.elementary.hyperbolic import HyperbolicFunction
@@ -115,6 +115,29 @@ def _rewrite(rewrite: Callable[[sp.Expr], sp.Expr], expression: sp.Expr, found: 
     form = attempt(math.inf, "rewrite", rewrite, expression).value
     if form is not None:
         found.append(form)
+
+
+def zero_set(expression: sp.Expr, variables: Sequence[sp.Symbol], *, seconds: float = 1.0) -> sp.Expr:
+    """An expression that vanishes where the given one does, as the variables move.
+
+    Denominators, constant factors, factors of parameters alone, and multiplicities are left out.
+
+    Args:
+        expression: any expression.
+        variables: what moves; every other symbol is a generic constant.
+        seconds: time for factoring.
+    """
+    whole = tidy(expression, seconds=seconds / 2)
+    factored = attempt(seconds / 2, "factor", sp.factor, sp.numer(sp.together(whole))).value
+    numerator = whole if factored is None else factored
+    moving = []
+    for factor in sp.Mul.make_args(numerator):
+        base, exponent = factor.as_base_exp()
+        bare = base if exponent.is_positive else factor
+        if exponent.is_negative or isinstance(factor, sp.exp) or not bare.free_symbols & set(variables):
+            continue
+        moving.append(bare)
+    return sp.Mul(*dict.fromkeys(moving)) if moving else sp.Integer(1)
 
 
 def _length(expression: sp.Expr) -> tuple[int, int]:

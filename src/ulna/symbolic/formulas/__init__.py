@@ -1,1 +1,17 @@
-"""Formula text in and out, and LaTeX."""
+"""Formulas as text: parsing without running anything, printing for people, LaTeX."""
+
+from ulna.symbolic.formulas.latex import equation_latex, expression_latex, system_latex
+from ulna.symbolic.formulas.parse import RESERVED, is_elementary, parse_formula
+from ulna.symbolic.formulas.text import exact, formula, listing
+
+__all__ = [
+    "RESERVED",
+    "equation_latex",
+    "exact",
+    "expression_latex",
+    "formula",
+    "is_elementary",
+    "listing",
+    "parse_formula",
+    "system_latex",
+]

@@ -16,7 +16,7 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.base.errors import FormulaError
+from ulna.base import FormulaError
 
 _WORD = re.compile(
     r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"

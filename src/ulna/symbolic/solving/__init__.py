@@ -1,1 +1,24 @@
-"""Equations solved: inverse maps, level sets, roots and where they lie, series."""
+"""Equations solved: roots, inverse maps and their branches, level sets, where eigenvalues lie, Taylor series."""
+
+from ulna.symbolic.solving.affine import solve_affine
+from ulna.symbolic.solving.branch import on_branch
+from ulna.symbolic.solving.invert import Inversion, invert_map
+from ulna.symbolic.solving.level_set import graph_near
+from ulna.symbolic.solving.root_location import RootLocation, eigenvalue_location
+from ulna.symbolic.solving.roots import eliminate, real_roots, solutions, solutions_in_time
+from ulna.symbolic.solving.taylor import taylor_coefficients
+
+__all__ = [
+    "Inversion",
+    "RootLocation",
+    "eigenvalue_location",
+    "eliminate",
+    "graph_near",
+    "invert_map",
+    "on_branch",
+    "real_roots",
+    "solutions",
+    "solutions_in_time",
+    "solve_affine",
+    "taylor_coefficients",
+]

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from ulna.base.errors import PlantError
+from ulna.base import PlantError
 from ulna.symbolic.exact.quotients import normal
 from ulna.symbolic.exact.rank import rank_of_numbers
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import sympy as sp
 from flint import arb
 
-from ulna.base.verdict import Verdict
+from ulna.base import Verdict
 from ulna.symbolic.exact.ball import tape
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.zero import SampledZero, is_zero

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import flint
 import sympy as sp
 
-from ulna.base.verdict import Verdict
+from ulna.base import Verdict
 from ulna.symbolic.exact.ball import exact_ball
 from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.zero import is_zero

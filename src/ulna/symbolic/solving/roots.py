@@ -9,7 +9,7 @@ from typing import Any
 import mpmath
 import sympy as sp
 
-from ulna.base.verdict import Verdict
+from ulna.base import Verdict
 from ulna.symbolic.exact.budget import attempt
 
 _SMALLEST_PIECE = 1e-9

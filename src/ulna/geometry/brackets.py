@@ -10,12 +10,10 @@ from itertools import pairwise
 import sympy as sp
 
 from ulna.base import Verdict
-from ulna.geometry.distribution import Distribution
+from ulna.geometry.distributions import Distribution
 from ulna.geometry.lie import lie_bracket
 from ulna.geometry.smoothness import require_smooth
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.quotients import lowest_terms
-from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at
+from ulna.symbolic.exact import Rank, attempt, generic_rank, lowest_terms, minor_determinant, rank_at
 from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _SECONDS = 1.0

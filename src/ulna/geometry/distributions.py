@@ -12,8 +12,7 @@ from sympy.matrices import MatrixBase
 from ulna.base import UlnaError, Verdict, all_of
 from ulna.geometry.lie import Scalar, expression, lie_bracket
 from ulna.geometry.oneform import OneForm
-from ulna.symbolic.exact.rank import Rank, generic_rank, rank_at
-from ulna.symbolic.exact.spans import in_span, null_space, reduced_against, without_common_factor
+from ulna.symbolic.exact import Rank, generic_rank, in_span, null_space, rank_at, reduced_against, without_common_factor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

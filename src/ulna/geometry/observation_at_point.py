@@ -14,9 +14,7 @@ from flint import arb, ctx
 
 from ulna.program import BITS, lie_derivatives, second_slopes
 from ulna.symbolic.compiling import kernel
-from ulna.symbolic.exact.ball import exact_ball
-from ulna.symbolic.exact.rank import Rank, rank_of_balls
-from ulna.symbolic.exact.sample import SEED, random_points
+from ulna.symbolic.exact import SEED, Rank, exact_ball, random_points, rank_of_balls
 from ulna.system import ControlAffine
 
 

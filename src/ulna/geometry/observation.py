@@ -15,10 +15,9 @@ from sympy import Expr, ImmutableDenseMatrix, Symbol
 
 from ulna.base import Status, Verdict
 from ulna.geometry.lie import lie_derivative
-from ulna.geometry.observability_at_point import rank_of_all_rows
+from ulna.geometry.observation_at_point import rank_of_all_rows
 from ulna.geometry.smoothness import require_smooth
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at
+from ulna.symbolic.exact import Rank, attempt, generic_rank, minor_determinant, rank_at
 from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _SECONDS = 6.0
@@ -57,7 +56,7 @@ class Observability:
         return self.view.system
 
     def _repr_latex_(self) -> str:
-        from ulna.symbolic.formulas.latex import expression_latex
+        from ulna.symbolic.formulas import expression_latex
 
         return f"$${expression_latex(self.matrix)}$$"
 

@@ -11,10 +11,7 @@ import sympy as sp
 from ulna.base import Verdict, all_of
 from ulna.geometry.lie import lie_derivative
 from ulna.geometry.smoothness import require_smooth
-from ulna.symbolic.exact.budget import attempt
-from ulna.symbolic.exact.rank import generic_rank, minor_determinant, rank_at
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.exact.zero import SampledZero
+from ulna.symbolic.exact import SampledZero, attempt, generic_rank, minor_determinant, rank_at, tidy
 from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _TEST = SampledZero(seconds=0.5)

@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from sympy import Expr, Integer, Matrix, Symbol
 
 from ulna.base import Verdict, all_of
-from ulna.geometry.distribution import Distribution, generic_basis, involutive
+from ulna.geometry.distributions import Distribution, generic_basis, involutive
 from ulna.geometry.lie import Scalar, expression, lie_derivative
 from ulna.geometry.representative import simplest_function_of, without_arcsines
-from ulna.symbolic.exact.budget import time_budget
-from ulna.symbolic.exact.rank import generic_rank
-from ulna.symbolic.exact.zero import is_zero, vanishes
-from ulna.symbolic.integration.leaf_search import LeafSearch, along, independent
+from ulna.symbolic.exact import generic_rank, is_zero, time_budget, vanishes
+from ulna.symbolic.integration import LeafSearch, along, independent
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

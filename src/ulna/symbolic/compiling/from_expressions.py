@@ -7,8 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 import sympy as sp
 
 from ulna.base import FormulaError
-from ulna.program.instructions import pruned
-from ulna.program.kernel import Kernel, check_names
+from ulna.program import Kernel, check_names, pruned
 from ulna.symbolic.compiling.sympy_reader import SympyReader
 
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ulna.base.errors import NoFormError
-from ulna.base.verdict import Verdict
-from ulna.symbolic.exact.simplify import tidy
-from ulna.symbolic.solving.invert import invert_map
+from ulna.base import NoFormError, Verdict
+from ulna.symbolic.exact import tidy
+from ulna.symbolic.solving import invert_map
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,7 +56,7 @@ class Diffeomorphism:
         return sp.ImmutableDenseMatrix(expressions.xreplace(dict(zip(self.new, self.forward, strict=True))))
 
     def _repr_latex_(self) -> str:
-        from ulna.symbolic.formulas.latex import expression_latex
+        from ulna.symbolic.formulas import expression_latex
 
         return f"$$z = {expression_latex(self.forward)}$$"
 
