@@ -25,6 +25,14 @@ def test_verdicts_answer_by_holds_and_fails():
     }
 
 
+@pytest.mark.parametrize("status", Status)
+def test_a_verdict_restated_keeps_its_answer_its_evidence_and_what_it_rests_on(status):
+    first = Verdict(claim="a", status=status, evidence={"rank": 2})
+    again = first.restated("b", point=3).restated("c")
+    assert (again.claim, again.status) == ("c", status)
+    assert dict(again.evidence) == {"because": "a", "rank": 2, "point": 3}
+
+
 def _verdict(status):
     return Verdict(claim="a", status=status)
 

@@ -38,9 +38,9 @@ def test_a_quantity_is_exact_in_si(text, unit, value):
 @pytest.mark.parametrize(
     ("text", "unit", "reason"),
     [
-        ("4 kg", "rad", "'kg' measures mass, due is a pure number or an angle. Write it in rad."),
+        ("4 kg", "rad", "'kg' measures mass, expected a pure number or an angle. Write it in rad."),
         ("4 kg", "", "Leave the unit out"),
-        ("4 kgg", "kg", "the unit 'kgg' cannot be read"),
+        ("4 kgg", "kg", "the unit 'kgg': 'kgg' is unknown"),
         ("2pi", "rad", "no operator between"),
         ("x", "kg", "unknown symbol 'x'"),
         ("__import__('os')", "kg", "unknown function '__import__'"),

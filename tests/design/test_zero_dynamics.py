@@ -92,6 +92,16 @@ def test_singularity_at_a_point_is_told_and_refused_when_asked_for() -> None:
         input_output_form(system, at={x1: sp.Integer(0), x2: sp.Integer(0)})
 
 
+def test_chains_are_coordinates_only_where_they_are_the_whole_state() -> None:
+    whole = input_output_form(plant({"x1": "x2", "x2": "-sin(x1) + u"}, ["u"], ["x1"]))
+    assert whole.internal_dimension == 0
+    assert whole.map.forward == whole.chain
+    part = input_output_form(plant({"x1": "x2 + u", "x2": "-x2"}, ["u"], ["x1"]))
+    assert part.internal_dimension == 1
+    with pytest.raises(UlnaError, match="1 of 2. Use `normal_form`"):
+        part.map.forward  # noqa: B018
+
+
 def test_law_is_a_system_of_the_states_and_the_new_inputs() -> None:
     law = input_output_form(plant({"x1": "x2", "x2": "-sin(x1) + u"}, ["u"], ["x1"])).law
     assert [s.name for s in law.inputs] == ["x1", "x2", "v"]

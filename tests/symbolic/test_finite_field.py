@@ -8,9 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sympy import Expr, I, Rational, Symbol, cos, cosh, exp, log, oo, pi, sin, sinh, sqrt, symbols, tan, zoo
 
-from ulna.symbolic.exact import null_space
 from ulna.symbolic.exact.finite_field import PRIMES, FieldSample
-from ulna.symbolic.exact.residues import combined_residue, rational_from_residue
+from ulna.symbolic.exact.residues import combined_residue, null_space_modulo, rational_from_residue
 
 x, y, z = symbols("x y z", real=True)
 a = Symbol("a", real=True)
@@ -87,7 +86,7 @@ def test_a_residue_without_small_fraction_is_refused() -> None:
 
 def test_null_space_annihilates_and_is_complete() -> None:
     matrix = np.array([[1, 2, 3, 4], [2, 4, 6, 8], [0, 0, 1, 5]], dtype=np.int64)
-    basis = null_space(matrix)
+    basis = null_space_modulo(matrix)
     assert len(basis) == 2
     for vector in basis:
         column = np.array([vector.get(k, 0) for k in range(4)])

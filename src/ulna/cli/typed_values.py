@@ -98,12 +98,13 @@ def _checked_unit(written: str, wanted: str | None, asked: str) -> str:
     try:
         found = unit_of(written)
     except UnitError as error:
-        raise UnitError(asked, f"the {error.asked} {error.found.removeprefix('it ')}", error.hint) from None
+        raise UnitError(asked, f"the {error.asked}: {error.found}", error.hint) from None
     if wanted is not None and found.dimension != unit_of(wanted).dimension:
-        due, is_there = (dimension_text(each) for each in (unit_of(wanted).dimension, found.dimension))
+        expected, is_there = (dimension_text(each) for each in (unit_of(wanted).dimension, found.dimension))
         raise UnitError(
             asked,
-            f"'{written}' measures {is_there}, due is {'a pure number or an angle' if due == '1' else due}.",
+            f"'{written}' measures {is_there}, expected "
+            f"{'a pure number or an angle' if expected == '1' else expected}.",
             f"Write it in {wanted}." if wanted else "Leave the unit out.",
         )
     return written

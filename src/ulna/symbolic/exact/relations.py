@@ -14,7 +14,7 @@ import numpy as np
 from sympy import Expr, Integer, Mul, Symbol
 
 from ulna.symbolic.exact.finite_field import PRIMES, FieldSample, Residues
-from ulna.symbolic.exact.residues import combined_residue, null_space, rational_from_residue
+from ulna.symbolic.exact.residues import combined_residue, null_space_modulo, rational_from_residue
 
 Rows = Callable[[FieldSample], Residues]
 """The values of the columns at the points of a sample, shape (columns, equations, points)."""
@@ -40,13 +40,17 @@ def constant_relations(
         seed: of the sample.
     """
     points = -(-(columns + _SPARE_EQUATIONS) // equations)
-    vectors = null_space(_matrix(rows, points, seed, parameters, PRIMES[0]), PRIMES[0])
+    vectors = null_space_modulo(_matrix(rows, points, seed, parameters, PRIMES[0]), PRIMES[0])
     if not vectors:
         return []
-    other = null_space(_matrix(rows, points, seed + 1, parameters, PRIMES[0]), PRIMES[0]) if parameters else vectors
+    other = (
+        null_space_modulo(_matrix(rows, points, seed + 1, parameters, PRIMES[0]), PRIMES[0]) if parameters else vectors
+    )
     by_column = {max(v): v for v in other}
     constant = [v for v in vectors if by_column.get(max(v)) == v]
-    values = _fractions(constant, lambda prime: null_space(_matrix(rows, points, seed, parameters, prime), prime))
+    values = _fractions(
+        constant, lambda prime: null_space_modulo(_matrix(rows, points, seed, parameters, prime), prime)
+    )
     found: dict[int, dict[int, Expr]] = {max(relation): relation for relation in values}
     if parameters:
         for vector in vectors:
@@ -115,7 +119,7 @@ def _with_parameters(
 
         def modulo(prime: int, extended: Rows = extended, size: int = size) -> list[dict[int, int]]:
             points = -(-(size + _SPARE_EQUATIONS) // equations)
-            return null_space(_matrix(extended, points, seed + 2, (), prime), prime)
+            return null_space_modulo(_matrix(extended, points, seed + 2, (), prime), prime)
 
         relations = _fractions(modulo(PRIMES[0]), modulo)
         if relations:

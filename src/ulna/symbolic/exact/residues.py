@@ -11,8 +11,8 @@ from sympy import Rational
 from ulna.symbolic.exact.finite_field import PRIMES, Residues
 
 
-def null_space(matrix: Residues, prime: int = PRIMES[0]) -> list[dict[int, int]]:
-    """A reduced basis of the null space modulo the prime.
+def null_space_modulo(matrix: Residues, prime: int = PRIMES[0]) -> list[dict[int, int]]:
+    """A reduced basis of the null space of integers modulo a prime.
 
     Args:
         matrix: shape (equations, unknowns).

@@ -13,7 +13,7 @@ from sympy.matrices import MatrixBase
 from ulna.symbolic.exact.finite_field import FieldSample
 from ulna.symbolic.exact.letters import letters, wide_letters, words
 from ulna.symbolic.exact.quotients import normal
-from ulna.symbolic.exact.residues import null_space as residue_null_space
+from ulna.symbolic.exact.residues import null_space_modulo
 from ulna.symbolic.exact.spans import null_space
 from ulna.symbolic.exact.zero import vanishes
 from ulna.symbolic.integration.ansatz import LinearEquations, Span, solutions
@@ -35,7 +35,7 @@ def independent(functions: Sequence[Expr], coordinates: Sequence[Symbol]) -> boo
     sample = FieldSample(16)
     slopes = np.array([sample.table([h.diff(x) for x in coordinates]) for h in functions])
     good = np.nonzero(sample.valid)[0][:2]
-    return any(not residue_null_space(slopes[:, :, k].T) for k in good)
+    return any(not null_space_modulo(slopes[:, :, k].T) for k in good)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
