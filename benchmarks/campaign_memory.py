@@ -26,11 +26,11 @@ from ulna.campaign import (
     Saltelli,
     Sobol,
     Uniform,
-    campaign,
     quantiles,
     sensitivity,
     settled_fraction,
     settled_map,
+    sweep,
     worst_cases,
 )
 from ulna.system import system_from_mapping
@@ -66,12 +66,12 @@ def look(kind: str, runs: int) -> None:
     """One count of runs, in a process that did nothing before."""
     loop = system_from_mapping(SPRING)
     measures = Measures(samples=10)
-    campaign(loop, plan_of(kind, 1000), measures, horizon=5.0)
+    sweep(loop, plan_of(kind, 1000), measures, horizon=5.0)
     plan = plan_of(kind, runs)
     print(f"{plan.count} runs, plan {type(plan).__name__}; before: {peak():.0f} MiB", flush=True)
     with tempfile.TemporaryDirectory() as folder:
         store = Path(folder) / "runs"
-        result: CampaignResult = told("campaign", lambda: campaign(loop, plan, measures, horizon=5.0, store=store))
+        result: CampaignResult = told("campaign", lambda: sweep(loop, plan, measures, horizon=5.0, store=store))
         told("settled_fraction", lambda: settled_fraction(result))
         told("worst_cases", lambda: worst_cases(result, "peak_error_y"))
         told("quantiles", lambda: quantiles(result))

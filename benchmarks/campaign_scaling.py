@@ -35,7 +35,7 @@ from ulna.campaign import (
     Random,
     Uniform,
     Workers,
-    campaign,
+    sweep,
 )
 from ulna.campaign.runs import experiment_of, path, run_batch, to_text
 
@@ -58,7 +58,7 @@ class Subject:
 
     def run(self, runs: int, seed: int, store: Path, workers: Workers) -> CampaignResult:
         """The campaign."""
-        return campaign(
+        return sweep(
             self.loop, plan(runs, seed), self.measures, horizon=HORIZON, initial=START, store=store, workers=workers
         )
 

@@ -1,7 +1,7 @@
 """ulna: from a nonlinear plant written as equations to a proven output-feedback controller.
 
 Public names live in packages of their own (`ulna.base`, `ulna.system`, ...) and are re-exported here. Nothing is
-imported before it is used, so that `import ulna` costs next to nothing. To add a name: one line in `_HOME`, one import
+imported before it is used, so that `import ulna` costs next to nothing. To add a name: one word in `_HOME`, one import
 in the block for type checkers; `tests/house/test_house_public_names.py` compares the two.
 """
 
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from ulna.campaign import replay as replay
     from ulna.campaign import sensitivity as sensitivity
     from ulna.campaign import settled_fraction as settled_fraction
+    from ulna.campaign import sweep as sweep
     from ulna.campaign import worst_cases as worst_cases
     from ulna.design import AbstractGainRule as AbstractGainRule
     from ulna.design import Analysis as Analysis
@@ -157,149 +158,41 @@ if TYPE_CHECKING:
     from ulna.system import write_system as write_system
 
 _HOME = {
-    "AbstractGainRule": "ulna.design",
-    "accessibility": "ulna.geometry",
-    "accessible_decomposition": "ulna.geometry",
-    "Amplifier": "ulna.loop",
-    "analyse": "ulna.design",
-    "Analysis": "ulna.design",
-    "Answer": "ulna.design",
-    "CampaignError": "ulna.campaign",
-    "CampaignResult": "ulna.campaign",
-    "Choice": "ulna.campaign",
-    "close_loop": "ulna.design",
-    "Compensator": "ulna.design",
-    "compensator": "ulna.design",
-    "ConditionalIntegration": "ulna.loop",
-    "connect": "ulna.system",
-    "control_affine": "ulna.system",
-    "ControlAffine": "ulna.system",
-    "Controller": "ulna.design",
-    "controller_for": "ulna.design",
-    "controller_form": "ulna.design",
-    "Crossing": "ulna.sim",
-    "Definition": "ulna.system",
-    "DesignError": "ulna.base",
-    "Diffeomorphism": "ulna.geometry",
-    "Direction": "ulna.sim",
-    "Distribution": "ulna.geometry",
-    "distribution": "ulna.geometry",
-    "dynamic_extension": "ulna.design",
-    "Ends": "ulna.sim",
-    "EndStop": "ulna.loop",
-    "Ensemble": "ulna.sim",
-    "equilibria": "ulna.system",
-    "Equilibria": "ulna.system",
-    "equilibrium": "ulna.system",
-    "Equilibrium": "ulna.system",
-    "Euler": "ulna.loop",
-    "Event": "ulna.sim",
-    "EventKind": "ulna.sim",
-    "exact_observer": "ulna.design",
-    "ExactHold": "ulna.loop",
-    "extended_kalman_filter": "ulna.design",
-    "Figures": "ulna.sim",
-    "first_integrals": "ulna.geometry",
-    "FixedSteps": "ulna.sim",
-    "flat_output": "ulna.design",
-    "FormulaError": "ulna.base",
-    "from_control": "ulna.sim.python_control",
-    "Fused": "ulna.program",
-    "Gpu": "ulna.sim",
-    "Grid": "ulna.campaign",
-    "Guard": "ulna.loop",
-    "Hardware": "ulna.loop",
-    "Held": "ulna.sim",
-    "high_gain_observer": "ulna.design",
-    "HighGain": "ulna.design",
-    "injected_observer": "ulna.design",
-    "input_output_form": "ulna.design",
-    "integrate": "ulna.geometry",
-    "Interpolated": "ulna.sim",
-    "involutive": "ulna.geometry",
-    "Jitter": "ulna.loop",
-    "KalmanNoise": "ulna.design",
-    "LatinHypercube": "ulna.campaign",
-    "Law": "ulna.design",
-    "lie_bracket": "ulna.geometry",
-    "lie_derivative": "ulna.geometry",
-    "Linearisation": "ulna.system",
-    "linearise": "ulna.system",
-    "LinearisingForm": "ulna.design",
-    "LinearQuadratic": "ulna.design",
-    "LogUniform": "ulna.campaign",
-    "Loop": "ulna.loop",
-    "MeasurementNoise": "ulna.loop",
-    "Measures": "ulna.campaign",
-    "metrics": "ulna.sim",
-    "Metrics": "ulna.sim",
-    "MissedSamples": "ulna.loop",
-    "Model": "ulna.plants",
-    "model": "ulna.plants",
-    "models": "ulna.plants",
-    "NoFormError": "ulna.base",
-    "Normal": "ulna.campaign",
-    "normal_form": "ulna.design",
-    "NotAffineError": "ulna.base",
-    "observability": "ulna.geometry",
-    "observable_decomposition": "ulna.geometry",
-    "Observer": "ulna.design",
-    "observer_form": "ulna.design",
-    "ObserverForm": "ulna.design",
-    "one_form": "ulna.geometry",
-    "OneForm": "ulna.geometry",
-    "open_campaign": "ulna.campaign",
-    "OptionalDependencyError": "ulna.base",
-    "Outcome": "ulna.sim",
-    "Parameter": "ulna.system",
-    "Paths": "ulna.sim",
-    "Plain": "ulna.program",
-    "PlantError": "ulna.base",
-    "plot_poles": "ulna.plot",
-    "plot_trajectories": "ulna.plot",
-    "plot_trajectory": "ulna.plot",
-    "Poles": "ulna.design",
-    "Pwm": "ulna.loop",
-    "quantiles": "ulna.campaign",
-    "Quantiser": "ulna.loop",
-    "Random": "ulna.campaign",
-    "read_system": "ulna.system",
-    "Regulate": "ulna.design",
-    "relative_degree": "ulna.geometry",
-    "replay": "ulna.campaign",
-    "RungeKutta4": "ulna.loop",
-    "Saltelli": "ulna.campaign",
-    "Saturation": "ulna.loop",
-    "save_figure": "ulna.plot",
-    "sensitivity": "ulna.campaign",
-    "SetPoint": "ulna.design",
-    "settled_fraction": "ulna.campaign",
-    "Settling": "ulna.sim",
-    "Signal": "ulna.system",
-    "simulate": "ulna.sim",
-    "SimulationError": "ulna.base",
-    "SlewLimit": "ulna.loop",
-    "Sobol": "ulna.campaign",
-    "state_feedback": "ulna.design",
-    "state_linearisation": "ulna.design",
-    "Status": "ulna.base",
-    "System": "ulna.system",
-    "system_from_mapping": "ulna.system",
-    "Taylor": "ulna.sim",
-    "TIME": "ulna.loop",
-    "to_control": "ulna.sim.python_control",
-    "Track": "ulna.design",
-    "Trajectory": "ulna.sim",
-    "transformed_observer_form": "ulna.design",
-    "UlnaError": "ulna.base",
-    "UlnaWarning": "ulna.base",
-    "Uniform": "ulna.campaign",
-    "UnitError": "ulna.base",
-    "Verdict": "ulna.base",
-    "worst_cases": "ulna.campaign",
-    "write_system": "ulna.system",
-    "zero_dynamics": "ulna.design",
+    name: package
+    for package, names in {
+        "ulna.base": """
+            DesignError FormulaError NoFormError NotAffineError OptionalDependencyError PlantError SimulationError
+            Status UlnaError UlnaWarning UnitError Verdict""",
+        "ulna.campaign": """
+            CampaignError CampaignResult Choice Grid LatinHypercube LogUniform Measures Normal open_campaign
+            quantiles Random replay Saltelli sensitivity settled_fraction Sobol sweep Uniform worst_cases""",
+        "ulna.design": """
+            AbstractGainRule analyse Analysis Answer close_loop Compensator compensator Controller controller_for
+            controller_form dynamic_extension exact_observer extended_kalman_filter flat_output high_gain_observer
+            HighGain injected_observer input_output_form KalmanNoise Law LinearisingForm LinearQuadratic
+            normal_form Observer observer_form ObserverForm Poles Regulate SetPoint state_feedback
+            state_linearisation Track transformed_observer_form zero_dynamics""",
+        "ulna.geometry": """
+            accessibility accessible_decomposition Diffeomorphism Distribution distribution first_integrals
+            integrate involutive lie_bracket lie_derivative observability observable_decomposition one_form
+            OneForm relative_degree""",
+        "ulna.loop": """
+            Amplifier ConditionalIntegration EndStop Euler ExactHold Guard Hardware Jitter Loop MeasurementNoise
+            MissedSamples Pwm Quantiser RungeKutta4 Saturation SlewLimit TIME""",
+        "ulna.plants": "Model model models",
+        "ulna.plot": "plot_poles plot_trajectories plot_trajectory save_figure",
+        "ulna.program": "Fused Plain",
+        "ulna.sim": """
+            Crossing Direction Ends Ensemble Event EventKind Figures FixedSteps Gpu Held Interpolated metrics
+            Metrics Outcome Paths Settling simulate Taylor Trajectory""",
+        "ulna.sim.python_control": "from_control to_control",
+        "ulna.system": """
+            connect control_affine ControlAffine Definition equilibria Equilibria equilibrium Equilibrium
+            Linearisation linearise Parameter read_system Signal System system_from_mapping write_system""",
+    }.items()
+    for name in names.split()
 }
+"""The package of each name."""
 
 __all__ = ["__version__", *_HOME]  # noqa: PLE0604 (the names are strings)  # pyright: ignore[reportUnsupportedDunderAll]
 

@@ -18,7 +18,6 @@ from ulna.campaign import (
     Random,
     Saltelli,
     Uniform,
-    campaign,
     clopper_pearson,
     fan,
     outcome_counts,
@@ -27,6 +26,7 @@ from ulna.campaign import (
     sensitivity,
     settled_fraction,
     settled_map,
+    sweep,
     wilson,
     worst_cases,
 )
@@ -34,7 +34,7 @@ from ulna.campaign.answers.order_statistics import order_statistics
 from ulna.sim import simulate
 from ulna.system import system_from_mapping
 
-RUNS = campaign(
+RUNS = sweep(
     RUNAWAY, Random(vary={"x": Uniform(low=-1, high=3), "c": Choice(values=(0.0, 1.0))}, runs=200), horizon=6.0
 )
 FLAT = system_from_mapping(
@@ -66,7 +66,7 @@ def test_outcomes_are_counted_by_name() -> None:
 
 
 def test_a_fraction_of_a_grid_claims_no_confidence() -> None:
-    found = settled_fraction(campaign(RUNAWAY, Grid(axes={"x": [-1.0, 0.5, 4.0]}), horizon=8.0))
+    found = settled_fraction(sweep(RUNAWAY, Grid(axes={"x": [-1.0, 0.5, 4.0]}), horizon=8.0))
     assert (found.count, found.runs, found.drawn) == (2, 3, False)
     assert str(found) == "66.67%"
 
@@ -129,7 +129,7 @@ def test_quantiles_of_blocks_are_numpys_of_the_whole(values: list[float], size: 
 
 def test_answers_do_not_depend_on_the_size_of_the_batches() -> None:
     plan = Random(vary={"x": Uniform(low=-1, high=3), "c": Choice(values=(0.0, 1.0))}, runs=200)
-    cut = campaign(RUNAWAY, plan, horizon=6.0, batch_size=17)
+    cut = sweep(RUNAWAY, plan, horizon=6.0, batch_size=17)
     assert quantiles(cut).equals(quantiles(RUNS))
     assert worst_cases(cut, "steady_error_y", count=60) == worst_cases(RUNS, "steady_error_y", count=60)
     assert settled_fraction(cut) == settled_fraction(RUNS)
@@ -141,7 +141,7 @@ def test_answers_do_not_depend_on_the_size_of_the_batches() -> None:
 def test_sobol_indices_of_a_sum_are_known() -> None:
     """Var(a) : Var(2 b) = 1 : 4, and nothing interacts; a + 2 b > 0 throughout."""
     vary = {"a": Uniform(low=1, high=2), "b": Uniform(low=1, high=2), "x": Uniform(low=1, high=2)}
-    result = campaign(FLAT, Saltelli(vary=vary, base=512, seed=1), Measures(samples=2), horizon=1.0)
+    result = sweep(FLAT, Saltelli(vary=vary, base=512, seed=1), Measures(samples=2), horizon=1.0)
     found = sensitivity(result, "peak_error_y")
     assert found.names == ("a", "b", "x")
     assert found.first_order == pytest.approx([0.2, 0.8, 0.0], abs=0.02)
@@ -155,10 +155,10 @@ def test_sobol_indices_are_scipys_however_the_runs_are_cut() -> None:
 
     vary = {"x": Uniform(low=0.1, high=0.6), "c": Uniform(low=0.5, high=1.5)}
     found = [
-        sensitivity(campaign(RUNAWAY, Saltelli(vary=vary, base=64), horizon=2.0, batch_size=size), "final_x")
+        sensitivity(sweep(RUNAWAY, Saltelli(vary=vary, base=64), horizon=2.0, batch_size=size), "final_x")
         for size in (7, 64, 10_000)
     ]
-    blocks = campaign(RUNAWAY, Saltelli(vary=vary, base=64), horizon=2.0)["final_x"].reshape(4, 1, 64)
+    blocks = sweep(RUNAWAY, Saltelli(vary=vary, base=64), horizon=2.0)["final_x"].reshape(4, 1, 64)
     truth = sobol_indices(func={"f_A": blocks[0], "f_B": blocks[1], "f_AB": blocks[2:]}, n=64)
     for one in found:
         assert one.first_order == pytest.approx(np.ravel(truth.first_order), abs=1e-12)
@@ -168,7 +168,7 @@ def test_sobol_indices_are_scipys_however_the_runs_are_cut() -> None:
 
 def test_grouped_rows_give_the_limits_that_single_rows_give(monkeypatch) -> None:
     vary = {"a": Uniform(low=1, high=2), "b": Uniform(low=1, high=2)}
-    result = campaign(FLAT, Saltelli(vary=vary, base=2048, seed=1), Measures(samples=2), horizon=1.0)
+    result = sweep(FLAT, Saltelli(vary=vary, base=2048, seed=1), Measures(samples=2), horizon=1.0)
     single = sensitivity(result, "peak_error_y", resamples=1000)
     monkeypatch.setattr("ulna.campaign.answers.sobol_indices.GROUPS", 256)
     grouped = sensitivity(result, "peak_error_y", resamples=1000)
@@ -178,7 +178,7 @@ def test_grouped_rows_give_the_limits_that_single_rows_give(monkeypatch) -> None
 
 
 def test_a_map_over_a_grid_has_a_cell_for_each_value() -> None:
-    result = campaign(RUNAWAY, Grid(axes={"x": [-1.0, 0.5, 2.0, 4.0], "c": [0.0, 1.0]}), horizon=8.0)
+    result = sweep(RUNAWAY, Grid(axes={"x": [-1.0, 0.5, 2.0, 4.0], "c": [0.0, 1.0]}), horizon=8.0)
     found = settled_map(result, "x", "c")
     assert found.fraction.tolist() == [[1, 1, 1, 1], [1, 1, 0, 0]]
     assert found.runs.tolist() == [[1] * 4] * 2
@@ -198,7 +198,7 @@ def test_a_map_has_as_many_cells_as_the_runs_can_fill() -> None:
 
 
 def test_a_fan_is_made_of_the_runs_themselves() -> None:
-    result = campaign(SPRING, Grid(axes={"x": [-1.0, 0.0, 1.0, 2.0, 3.0]}), Measures(outputs=("y",)), horizon=3.0)
+    result = sweep(SPRING, Grid(axes={"x": [-1.0, 0.0, 1.0, 2.0, 3.0]}), Measures(outputs=("y",)), horizon=3.0)
     found = fan(result, "y", levels=(0.0, 0.5, 1.0))
     assert (found.runs, found.early, found.unit) == (5, 0, "m")
     for row, start in zip(found.values, (-1.0, 1.0, 3.0), strict=True):
@@ -236,9 +236,9 @@ def test_a_question_without_an_answer_is_one_clear_error(call, reason: str) -> N
 
 def test_indices_of_a_figure_that_is_not_finite_or_never_changes_are_refused() -> None:
     plan = Saltelli(vary={"x": Uniform(low=0.5, high=3), "c": Uniform(low=0, high=1)}, base=4)
-    result = campaign(RUNAWAY, plan, horizon=4.0)
+    result = sweep(RUNAWAY, plan, horizon=4.0)
     with pytest.raises(CampaignError, match="not a finite number in"):
         sensitivity(result, "settling_time_y")
-    still = campaign(FLAT, Saltelli(vary={"x": Uniform(low=0, high=1)}, base=4), horizon=1.0)
+    still = sweep(FLAT, Saltelli(vary={"x": Uniform(low=0, high=1)}, base=4), horizon=1.0)
     with pytest.raises(CampaignError, match="in every run"):
         sensitivity(still, "end_time")

@@ -22,8 +22,8 @@ from ulna.campaign import (
     Measures,
     Random,
     Uniform,
-    campaign,
     open_campaign,
+    sweep,
 )
 
 pytest.importorskip("distributed")
@@ -33,7 +33,7 @@ MEASURES = Measures(outputs=("y",), effort=("u",), samples=50)
 
 
 def run(**how) -> CampaignResult:
-    return campaign(SPRING, PLAN, MEASURES, horizon=3.0, **how)
+    return sweep(SPRING, PLAN, MEASURES, horizon=3.0, **how)
 
 
 def free_port() -> int:

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.io import netcdf_file
 
-from ulna.campaign import CampaignError, CampaignResult, Experiment, Measures, Random, Uniform, campaign
+from ulna.campaign import CampaignError, CampaignResult, Experiment, Measures, Random, Uniform, sweep
 from ulna.campaign.runs.settings import from_text
 from ulna.campaign.store import MemoryStore
 from ulna.campaign.store.netcdf_writer import NetcdfColumn, write_netcdf
@@ -41,7 +41,7 @@ class Watched(MemoryStore):
 
 
 def watched() -> tuple[CampaignResult, Watched]:
-    found = campaign(SPRING, PLAN, MEASURES, horizon=2.0, batch_size=10)
+    found = sweep(SPRING, PLAN, MEASURES, horizon=2.0, batch_size=10)
     assert isinstance(found.store, MemoryStore)
     store = Watched(found.store)
     return CampaignResult(store=store), store
@@ -86,7 +86,7 @@ def test_a_file_holds_all_columns_their_units_and_what_repeats_the_campaign(tmp_
             assert stored[column.name].attrs["units"] == column.unit
         found = from_text(stored.attrs["settings"])
     assert isinstance(found, Experiment)
-    again = campaign(
+    again = sweep(
         found.loop,
         found.plan,
         found.measures,
@@ -111,7 +111,7 @@ def test_a_table_has_a_row_for_each_run_and_reads_back_what_was_written(tmp_path
 
 def test_names_beyond_latin_letters_are_kept_as_long_names(tmp_path: Path) -> None:
     loop = system_from_mapping({"states": {"θ": "-θ"}, "outputs": {"y": "θ"}})
-    result = campaign(loop, Random(vary={"θ": Uniform(low=1, high=2)}, runs=4), horizon=1.0)
+    result = sweep(loop, Random(vary={"θ": Uniform(low=1, high=2)}, runs=4), horizon=1.0)
     with xr.open_dataset(result.to_netcdf(tmp_path / "runs.nc"), engine="scipy") as stored:
         assert np.array_equal(stored["column_0"].values, result["θ"])
 

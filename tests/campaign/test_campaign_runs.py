@@ -21,8 +21,8 @@ from ulna.campaign import (
     Random,
     Uniform,
     Window,
-    campaign,
     replay,
+    sweep,
 )
 from ulna.campaign.plans import seeds
 from ulna.loop import Hardware, Loop
@@ -36,12 +36,12 @@ MASSES = Random(
 
 
 def springs(**how) -> CampaignResult:
-    return campaign(SPRING, SPREAD, SPRINGS, horizon=6.0, **how)
+    return sweep(SPRING, SPREAD, SPRINGS, horizon=6.0, **how)
 
 
 def masses(**how) -> CampaignResult:
     measures = Measures(outputs=("x",), targets={"x": "goal"})
-    return campaign(SAMPLED, MASSES, measures, horizon=2.0, **how)
+    return sweep(SAMPLED, MASSES, measures, horizon=2.0, **how)
 
 
 @pytest.mark.parametrize("make", [springs, masses])
@@ -106,7 +106,7 @@ def test_references_that_change_with_time_may_differ_from_run_to_run() -> None:
     plan = Grid(axes={"m": [1.0, 1.5, 2.0]})
     given = {"goal": Held(times=times, values=rows)}
     measures = Measures(outputs=("x",))
-    result = campaign(SAMPLED, plan, measures, horizon=2.0, inputs=given, batch_size=2)
+    result = sweep(SAMPLED, plan, measures, horizon=2.0, inputs=given, batch_size=2)
     for number in range(3):
         own = {"goal": Held(times=times, values=rows[number])}
         path = simulate(
@@ -124,7 +124,7 @@ def test_references_that_change_with_time_may_differ_from_run_to_run() -> None:
 
 def test_a_reference_that_is_a_formula_of_what_varies_is_each_runs_own() -> None:
     given = {"goal": sp.Symbol("m", real=True) * sp.sin(3 * TIME)}
-    result = campaign(SAMPLED, Grid(axes={"m": [1.0, 2.0, 3.0]}), Measures(outputs=("x",)), horizon=1.0, inputs=given)
+    result = sweep(SAMPLED, Grid(axes={"m": [1.0, 2.0, 3.0]}), Measures(outputs=("x",)), horizon=1.0, inputs=given)
     for number, mass in enumerate((1.0, 2.0, 3.0)):
         own = {"goal": mass * sp.sin(3 * TIME)}
         seed = int(seeds(result.experiment.plan, number, number + 1)[0])
@@ -138,9 +138,9 @@ def test_only_outputs_with_a_target_count_as_settled() -> None:
     vary = Grid(axes={"goal": [0.5, -0.5]})
     loop = replace(SAMPLED, hardware=Hardware(period=0.01))
     for targets, expected in (({"x": "goal"}, 1), ({"x": "goal", "v": 1.0}, 0), ({"v": 1.0}, 0), ({}, 0)):
-        result = campaign(loop, vary, Measures(targets=targets), horizon=8.0)
+        result = sweep(loop, vary, Measures(targets=targets), horizon=8.0)
         assert result["settled"].tolist() == [expected] * 2, targets
-    watched = campaign(loop, vary, Measures(outputs=("v",), targets={"x": "goal"}), horizon=8.0)
+    watched = sweep(loop, vary, Measures(outputs=("v",), targets={"x": "goal"}), horizon=8.0)
     assert {"steady_error_x", "steady_error_v"} <= {c.name for c in watched.columns}
     assert watched["settled"].tolist() == [1, 1]
 
@@ -152,7 +152,7 @@ def test_windows_hold_the_least_the_most_and_the_mean_of_a_signals_path(kind: st
     plan = Random(vary={"x": Uniform(low=1, high=2)}, runs=9, seed=3)
     measures = Measures(outputs=("x",) if kind == "sampled" else ("y",), windows=windows, samples=190)
     loop, inputs = (SAMPLED, {"goal": 0.0}) if kind == "sampled" else (SPRING, {})
-    result = campaign(loop, plan, measures, horizon=1.9, inputs=inputs, batch_size=5)
+    result = sweep(loop, plan, measures, horizon=1.9, inputs=inputs, batch_size=5)
     for number in (0, 4, 8):
         path = replay(result, number).trajectory
         late = (path.times >= 0.5 - 1e-9) & (path.times <= 1.0 + 1e-9)
@@ -168,7 +168,7 @@ def test_windows_hold_the_least_the_most_and_the_mean_of_a_signals_path(kind: st
 
 def test_a_run_that_ends_before_a_window_has_no_value_in_it() -> None:
     measures = Measures(windows=(Window(signal="x", begin=0.0, end=5.0),), samples=50)
-    result = campaign(RUNAWAY, Grid(axes={"x": [0.5, 1.5]}), measures, horizon=5.0)
+    result = sweep(RUNAWAY, Grid(axes={"x": [0.5, 1.5]}), measures, horizon=5.0)
     assert result["most_x"][0] == 0.5
     assert np.isnan(result["most_x"][1])
 
@@ -177,19 +177,17 @@ def test_a_target_may_be_the_name_of_whatever_has_one_value() -> None:
     loop = Loop(plant=SPRING)
     for name, value in (("x", 0.5), ("d", 2.0), ("k", 4.0), ("r", 0.25)):
         measures = Measures(outputs=("y",), targets={"y": name})
-        result = campaign(loop, Grid(axes={"v": [0.0]}), measures, horizon=1.0, initial={"x": 0.5}, inputs={"r": 0.25})
+        result = sweep(loop, Grid(axes={"v": [0.0]}), measures, horizon=1.0, initial={"x": 0.5}, inputs={"r": 0.25})
         assert result["steady_error_y"][0] == pytest.approx(result["final_x"][0] - value, abs=1e-12), name
 
 
 def test_the_noise_of_each_run_is_its_own() -> None:
-    result = campaign(
-        SAMPLED, Grid(axes={"m": [1.0, 1.0 + 1e-15]}), horizon=2.0, initial={"x": 1.0}, inputs={"goal": 0.0}
-    )
+    result = sweep(SAMPLED, Grid(axes={"m": [1.0, 1.0 + 1e-15]}), horizon=2.0, initial={"x": 1.0}, inputs={"goal": 0.0})
     assert abs(np.diff(result["final_v"])[0]) > 1e-6
 
 
 def test_runs_that_blow_up_are_results_with_the_exact_time() -> None:
-    result = campaign(RUNAWAY, Grid(axes={"x": [0.5, 1.5, 2.0, -1.0], "c": [1.0, 0.0]}), horizon=5.0)
+    result = sweep(RUNAWAY, Grid(axes={"x": [0.5, 1.5, 2.0, -1.0], "c": [1.0, 0.0]}), horizon=5.0)
     assert result["outcome"].tolist() == [0, 0, 1, 0, 1, 0, 0, 0]
     assert result["settled"][[1, 2, 4]].tolist() == [1, 0, 0]
     assert result["end_time"][[2, 4]] == pytest.approx([math.log(3), math.log(2)], abs=1e-9)
@@ -197,7 +195,7 @@ def test_runs_that_blow_up_are_results_with_the_exact_time() -> None:
 
 
 def test_an_output_that_starts_on_its_target_settles_where_it_comes_back() -> None:
-    result = campaign(SPRING, Grid(axes={"v": [1.0], "d": [2.0, 0.0]}), Measures(outputs=("y",)), horizon=6.0)
+    result = sweep(SPRING, Grid(axes={"v": [1.0], "d": [2.0, 0.0]}), Measures(outputs=("y",)), horizon=6.0)
     assert result["settled"].tolist() == [1, 0]
 
 
@@ -275,7 +273,7 @@ ONE = Uniform(low=1, high=2)
 def test_a_campaign_that_makes_no_sense_is_one_clear_error(arguments: dict, reason: str) -> None:
     given = {"plan": plan_of(k=ONE), "horizon": 1.0, "measures": None} | arguments
     with pytest.raises(CampaignError, match=reason):
-        campaign(SPRING, given.pop("plan"), given.pop("measures"), **given)
+        sweep(SPRING, given.pop("plan"), given.pop("measures"), **given)
 
 
 @pytest.mark.parametrize(
@@ -291,7 +289,7 @@ def test_a_campaign_that_makes_no_sense_is_one_clear_error(arguments: dict, reas
 def test_a_sampled_campaign_that_makes_no_sense_is_one_clear_error(arguments: dict, reason: str) -> None:
     given: dict = {"horizon": 1.0} | arguments
     with pytest.raises(CampaignError, match=reason):
-        campaign(SAMPLED, plan_of(m=ONE), **given)
+        sweep(SAMPLED, plan_of(m=ONE), **given)
 
 
 def test_parameters_without_a_value_are_named() -> None:
@@ -299,5 +297,5 @@ def test_parameters_without_a_value_are_named() -> None:
 
     open_loop = system_from_mapping({"states": {"x": "-a*x"}, "parameters": {"a": {}}})
     with pytest.raises(CampaignError, match="parameters without a value: a"):
-        campaign(open_loop, plan_of(x=ONE), horizon=1.0)
-    assert campaign(open_loop, plan_of(a=ONE), horizon=1.0).runs == 4
+        sweep(open_loop, plan_of(x=ONE), horizon=1.0)
+    assert sweep(open_loop, plan_of(a=ONE), horizon=1.0).runs == 4

@@ -19,7 +19,7 @@ from ulna.campaign.answers import (
     worst_cases,
 )
 from ulna.campaign.errors import CampaignError
-from ulna.campaign.execution import Progress, campaign
+from ulna.campaign.execution import Progress, sweep
 from ulna.campaign.plans import (
     Choice,
     FromScipy,
@@ -70,7 +70,6 @@ __all__ = [
     "Window",
     "Workers",
     "as_probability_distribution",
-    "campaign",
     "clopper_pearson",
     "fan",
     "open_campaign",
@@ -80,6 +79,7 @@ __all__ = [
     "sensitivity",
     "settled_fraction",
     "settled_map",
+    "sweep",
     "wilson",
     "worst_cases",
 ]

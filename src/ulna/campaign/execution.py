@@ -1,4 +1,4 @@
-"""`campaign`: many runs of one loop, by a plan, kept in a folder that survives anything."""
+"""`sweep`: many runs of one loop, by a plan, kept in a folder that survives anything."""
 
 from __future__ import annotations
 
@@ -34,13 +34,8 @@ class Progress:
         """Runs per second."""
         return self.fresh / self.seconds if self.seconds > 0 else 0.0
 
-    @property
-    def time_left(self) -> float:
-        """s until the end at this rate; infinite before the first batch."""
-        return (self.total - self.done) / self.rate if self.rate > 0 else float("inf")
 
-
-def campaign(
+def sweep(
     loop: Any,
     plan: Plan,
     measures: Measures | None = None,
@@ -82,10 +77,10 @@ def campaign(
         SimulationError: settings of the loop that contradict each other.
 
     Example:
-        >>> campaign(loop, Random(vary={"m2": Uniform(low=0, high=5)}, runs=10_000), horizon=5)  # doctest: +SKIP
+        >>> sweep(loop, Random(vary={"m2": Uniform(low=0, high=5)}, runs=10_000), horizon=5)  # doctest: +SKIP
     """
     if batch_size is not None and batch_size < 1:
-        raise CampaignError(f"campaign(batch_size={batch_size})", "a batch has at least one run.")
+        raise CampaignError(f"sweep(batch_size={batch_size})", "a batch has at least one run.")
     subject = _loop(loop)
     experiment = Experiment(
         loop=subject,

@@ -52,7 +52,8 @@ def sweep(
     The controller is designed once, for the plant's nominal values. The same command on the same folder goes on
     with what is missing there.
     """
-    from ulna.campaign import DaskWorkers, LocalWorkers, campaign
+    from ulna.campaign import DaskWorkers, LocalWorkers
+    from ulna.campaign import sweep as run_sweep
 
     system = plant_in_file(plant)
     plan = plan_of(vary, runs, run.seed, sampling)
@@ -60,7 +61,7 @@ def sweep(
     with progress(f"designing for '{system.name}'"):
         asked = run_of(system, plant, run, design, hardware, varied=plan.names)
     with _bar() as tell:
-        result = campaign(
+        result = run_sweep(
             asked.loop,
             plan,
             horizon=run.horizon,

@@ -26,7 +26,7 @@ _WORDS: tuple[tuple[str, str], ...] = (
     # Sweeps.
     (r"Narrow them: .*", "Narrow them: uniform(0,5), normal(1,0.1,0.5,1.5)."),
     (rf"Saltelli\(base={_NUMBER}\)", r"--runs \1"),
-    (rf"campaign\(batch_size={_NUMBER}\)", r"--batch-size \1"),
+    (rf"sweep\(batch_size={_NUMBER}\)", r"--batch-size \1"),
     (r"DaskWorkers\(\)", "--scheduler"),
 )
 

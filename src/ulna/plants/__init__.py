@@ -6,7 +6,6 @@ from ulna.plants.anthropometry import (
     anthropometric_forearm,
     body_segments,
     range_of_motion,
-    require_within,
 )
 from ulna.plants.arm import Brake, Forearm, Friction, SelfLocking, measured_forearm, rod
 from ulna.plants.arm_and_drive import DrivenArm, arm_with_drive, driven_arm, with_meters
@@ -58,7 +57,6 @@ __all__ = [
     "presets",
     "range_of_motion",
     "require_liftable",
-    "require_within",
     "rod",
     "small_oscillation",
     "small_oscillations",

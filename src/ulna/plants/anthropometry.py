@@ -98,21 +98,6 @@ def range_of_motion(name: str) -> RangeOfMotion:
     )
 
 
-def require_within(angle: float, motion: RangeOfMotion) -> None:
-    """Refuse a set point outside the range of motion.
-
-    Raises:
-        PlantError: naming angle and range in degrees.
-    """
-    if not motion.lower <= angle <= motion.upper:
-        raise PlantError(
-            f"set point of {math.degrees(angle):g} deg",
-            f"the {motion.name} range of motion is {math.degrees(motion.lower):g} to {math.degrees(motion.upper):g} "
-            "deg from the horizontal.",
-            "Choose an angle inside (angle = 90 deg - elbow flexion).",
-        )
-
-
 @cache
 def _data() -> dict[str, Any]:
     text = (files("ulna.plants") / "hardware" / "anthropometry.toml").read_text(encoding="utf-8")

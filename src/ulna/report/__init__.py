@@ -17,7 +17,7 @@ from ulna.report.document import (
     Tone,
 )
 from ulna.report.folder import output_folder
-from ulna.report.mathml import expression_mathml, mathml, with_decimals
+from ulna.report.formula_element import mathml, with_decimals
 from ulna.report.page import render_page
 from ulna.report.results import plain, results_text
 
@@ -36,7 +36,6 @@ __all__ = [
     "Table",
     "Text",
     "Tone",
-    "expression_mathml",
     "mathml",
     "output_folder",
     "plain",

@@ -11,7 +11,7 @@ from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup, escape
 
 from ulna.report.document import Block, Cell, Document, Tone
-from ulna.report.mathml import mathml
+from ulna.report.formula_element import mathml
 
 _SIGNS: Final = {Tone.GOOD: "✓", Tone.MILD: "≈", Tone.BAD: "✗", Tone.PLAIN: ""}
 _INLINE: Final = re.compile(r"(?<!\\)\$([^$]+)\$")

@@ -2,9 +2,9 @@
 
 from ulna.campaign.store.batch_file import packed
 from ulna.campaign.store.folder import FolderStore, claimed
+from ulna.campaign.store.library_versions import changed_versions, check_versions, versions
 from ulna.campaign.store.result import CampaignResult, open_campaign
 from ulna.campaign.store.store import Batch, Manifest, MemoryStore, Store
-from ulna.campaign.store.versions import changed_versions, check_versions, versions
 
 __all__ = [
     "Batch",

@@ -18,8 +18,8 @@ from typing import Any
 
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.store.batch_file import fingerprint
+from ulna.campaign.store.library_versions import check_versions
 from ulna.campaign.store.store import Batch, Manifest, Store
-from ulna.campaign.store.versions import check_versions
 from ulna.campaign.store.whole_file import whole_file
 
 MANIFEST = "campaign.json"

@@ -24,8 +24,6 @@ ANGLE, RATE, ACCELERATION = _real("thetaP"), _real("dthetaP"), _real("ddthetaP")
 SMALL, SMALL_RATE, SMALL_ACCELERATION = _real("theta"), _real("dtheta"), _real("ddtheta")
 BAR = _real("thetabar")
 
-_AT_REST = "the static equilibrium"
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Mechanics:

@@ -12,8 +12,6 @@ VISUAL_DELAY = 0.2
 DIFFERENTIATOR = 0.008
 """s, time constant of the filtered derivative of the encoder's angle (choice)."""
 
-_LUMPS = ("c1", "c2", "c3", "c4", "c5", "c6")
-
 
 def proportional_voltage() -> Contender:
     """The voltage is proportional to the user's command: speed-controlled, as most prostheses are.

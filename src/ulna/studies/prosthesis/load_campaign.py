@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import sympy as sp
 
-from ulna.campaign import CampaignResult, Measures, Random, Uniform, Window, campaign
+from ulna.campaign import CampaignResult, Measures, Random, Uniform, Window, sweep
 from ulna.design import Track
 from ulna.loop import Loop, Parts, joined
 from ulna.plants import Preset
@@ -92,7 +92,7 @@ def run_load_campaign(
             ("m2", "m2_after"), Uniform(low=0.0, high=TUNINGS[preset.name].heaviest * bench.value("m2"))
         )
     loop = Loop(plant=_plant(bench), controller=_controller(preset), hardware=hardware_of(bench))
-    return campaign(
+    return sweep(
         loop,
         Random(vary=vary, runs=runs, seed=seed),
         Measures(targets={"y": "end"}, windows=WINDOWS),

@@ -72,18 +72,6 @@ def mathml(formula: str, *, display: bool = False) -> str:
     return f'<math xmlns="http://www.w3.org/1998/Math/MathML"{block}>{body}</math>'
 
 
-def expression_mathml(expression: sp.Expr | sp.MatrixBase, *, digits: int = 0, display: bool = False) -> str:
-    """Return a SymPy expression or matrix as MathML.
-
-    Args:
-        expression: what to set.
-        digits: fractions become decimals of so many digits, for reading; 0 leaves them exact.
-        display: set as a line of its own.
-    """
-    shown = with_decimals(expression, digits) if digits else expression
-    return mathml(sp.latex(shown, full_prec=False, mul_symbol=None), display=display)
-
-
 def with_decimals(expression: sp.Expr | sp.MatrixBase, digits: int) -> sp.Expr | sp.MatrixBase:
     """Return the expression with fractions as decimals of `digits` digits, for reading; integers and exponents stay."""
     if isinstance(expression, sp.MatrixBase):
