@@ -12,7 +12,7 @@ from itertools import islice
 import sympy as sp
 from flint import arb, ctx
 
-from ulna.program import BITS, lie_derivatives, second_slopes
+from ulna.program import BITS, balls_by_name, lie_derivatives, slopes_along
 from ulna.symbolic.compiling import kernel
 from ulna.symbolic.exact import SEED, Rank, exact_ball, random_points, rank_of_balls
 from ulna.system import ControlAffine
@@ -41,7 +41,9 @@ def rank_of_all_rows(view: ControlAffine, point: Mapping[sp.Symbol, sp.Expr]) ->
     place = {s.name: exact_ball(value) for s, value in numbers.items()}
     with ctx.workprec(BITS):
         place |= {x.name: exact_ball(point[x].xreplace(numbers)) for x in view.x}
-    slopes = [second_slopes(program, place, {x.name: arb(1)}) for x in view.x]
-    labels = [f"{name}:{k}" for k in range(n) for name in outputs]
+    names = [x.name for x in view.x]
+    slopes = balls_by_name(slopes_along(program, {x: f"{x}/1" for x in names}))
+    columns = [slopes({**place, **{f"{y}/1": arb(int(x == y)) for y in names}}) for x in names]
+    rows = [[column[f"{name}:{k}"] for column in columns] for k in range(n) for name in outputs]
     with ctx.workprec(BITS):
-        return rank_of_balls([[slopes[j][label][1] for j in range(n)] for label in labels], point={**numbers, **point})
+        return rank_of_balls(rows, point={**numbers, **point})

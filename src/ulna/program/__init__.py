@@ -13,6 +13,7 @@ from ulna.program.instructions_from_casadi import kernel_from_casadi
 from ulna.program.jet import explicit, lie_derivatives, open_derivatives
 from ulna.program.kernel import Kernel, check_names, restricted, without_inputs
 from ulna.program.linear_kernel import joined, solved
+from ulna.program.lowering.balls import BITS, balls_by_name, to_balls
 from ulna.program.lowering.c import C_FLAGS, c_header, to_c
 from ulna.program.lowering.javascript import to_javascript
 from ulna.program.lowering.numba import GPU_HEADER, HEADER, PYTHON, TEMPLATES, cache_folder, compiled, literal
@@ -21,8 +22,7 @@ from ulna.program.lowering.python_source import to_python, to_python_source
 from ulna.program.modes import MODE, Moded, with_modes
 from ulna.program.precision import Precision
 from ulna.program.scalar import Scalar
-from ulna.program.second_slopes import BITS, second_slopes
-from ulna.program.tangent import at_zero, tangents
+from ulna.program.tangent import at_zero, slopes_along, tangents
 from ulna.program.terms import Terms
 
 __all__ = [
@@ -50,6 +50,7 @@ __all__ = [
     "Scalar",
     "Terms",
     "at_zero",
+    "balls_by_name",
     "c_header",
     "cache_folder",
     "chained",
@@ -67,10 +68,11 @@ __all__ = [
     "open_derivatives",
     "pruned",
     "restricted",
-    "second_slopes",
+    "slopes_along",
     "solved",
     "solved_for_inputs",
     "tangents",
+    "to_balls",
     "to_c",
     "to_javascript",
     "to_numpy",

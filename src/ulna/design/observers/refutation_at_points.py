@@ -2,12 +2,13 @@
 
 With the derivatives ξ_{i,k} = L_f^k h_i as coordinates the columns of Q⁻¹, Q the observability matrix, are the fields
 X_{i,k} = ∂/∂ξ_{i,k}. Since Q X is constant, the second derivative of F = L_f^κ h_r along two of them is D²F(X, X') −
-dF Q⁻¹ D²ξ(X, X'): slopes of one program, in ball arithmetic (`second_slopes`), in milliseconds, and a no is certain.
+dF Q⁻¹ D²ξ(X, X'): slopes of one program, in ball arithmetic, in milliseconds, and a no is certain.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import islice
 
 import sympy as sp
@@ -15,7 +16,7 @@ from flint import arb, arb_mat, ctx
 
 from ulna.base import Verdict
 from ulna.geometry import Observability
-from ulna.program import BITS, Kernel, lie_derivatives, second_slopes
+from ulna.program import BITS, balls_by_name, lie_derivatives, slopes_along
 from ulna.symbolic.compiling import kernel
 from ulna.symbolic.exact import SEED, Point, attempt, exact_ball, random_points
 
@@ -26,6 +27,16 @@ Coordinate = tuple[int, int]
 """(i, k) of ξ_{i,k}."""
 Entry = tuple[int, Coordinate, Coordinate]
 """(r, a, b) of ∂²L_f^{κ_r} h_r / ∂ξ_a ∂ξ_b."""
+_Balls = Callable[[Mapping[str, arb]], dict[str, arb]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Derivatives:
+    """Slopes of `h i:k` = L_f^k h_i over states and parameters, the symbols, along x/1, and along x/1 and x/2."""
+
+    symbols: tuple[sp.Symbol, ...]
+    first: _Balls
+    second: _Balls
 
 
 def refutation_at_a_point(seen: Observability) -> Verdict:
@@ -56,9 +67,9 @@ def refutation_at_a_point(seen: Observability) -> Verdict:
 
 def _at_points(seen: Observability, entries: Sequence[Entry]) -> Iterator[tuple[Point, list[arb]]]:
     """Random points where Q is regular, with the second derivatives there."""
-    program, symbols = _derivatives(seen)
-    for point in islice(random_points(symbols, seed=SEED), _TRIES):
-        values = _second_derivatives(program, seen, entries, point)
+    derivatives = _derivatives(seen)
+    for point in islice(random_points(derivatives.symbols, seed=SEED), _TRIES):
+        values = _second_derivatives(derivatives, seen, entries, point)
         if values is not None:
             yield point, values
 
@@ -71,12 +82,12 @@ def refuted_by_two_points(seen: Observability, entries: Sequence[Entry]) -> Verd
         entries: the derivatives that must be functions of the outputs, whatever the output transformation.
     """
     claim = "the coefficients of the fastest terms are functions of the outputs"
-    program, symbols = _derivatives(seen)
-    fixed = set(symbols) - set(seen.view.x) | set(seen.view.h)
-    points = list(islice(random_points(symbols, seed=SEED), _TRIES))
+    derivatives = _derivatives(seen)
+    fixed = set(derivatives.symbols) - set(seen.view.x) | set(seen.view.h)
+    points = list(islice(random_points(derivatives.symbols, seed=SEED), _TRIES))
     for first, other in zip(points[::2], points[1::2], strict=True):
         second = {s: first[s] if s in fixed else value for s, value in other.items()}
-        here, there = (_second_derivatives(program, seen, entries, place) for place in (first, second))
+        here, there = (_second_derivatives(derivatives, seen, entries, place) for place in (first, second))
         if here is None or there is None:
             continue
         for entry, a, b in zip(entries, here, there, strict=True):
@@ -87,39 +98,50 @@ def refuted_by_two_points(seen: Observability, entries: Sequence[Entry]) -> Verd
     return Verdict.undecided(claim, tried="two random points")
 
 
-def _derivatives(seen: Observability) -> tuple[Kernel, list[sp.Symbol]]:
-    """The kernel of `h i:k` = L_f^k h_i over the states and the parameters, and these symbols."""
+def _derivatives(seen: Observability) -> _Derivatives:
     view = seen.view
     held = sorted((view.f.free_symbols | view.h.free_symbols) - set(view.x), key=str)
     rates = {f"rate {x.name}": rate for x, rate in zip(view.x, view.f, strict=True)}
     drift = kernel("drift", (*view.x, *held), {**rates, **{f"h {i}": h for i, h in enumerate(view.h)}})
-    return lie_derivatives(drift, [x.name for x in view.x], list(rates), max(seen.indices)), [*view.x, *held]
+    names = [x.name for x in view.x]
+    program = lie_derivatives(drift, names, list(rates), max(seen.indices))
+    once = slopes_along(program, {x: f"{x}/1" for x in names})
+    return _Derivatives(
+        symbols=(*view.x, *held),
+        first=balls_by_name(once),
+        second=balls_by_name(slopes_along(once, {x: f"{x}/2" for x in names})),
+    )
 
 
 def _second_derivatives(
-    program: Kernel, seen: Observability, entries: Sequence[Entry], point: Point
+    derivatives: _Derivatives, seen: Observability, entries: Sequence[Entry], point: Point
 ) -> list[arb] | None:
     """The entries at a point; None where Q is singular or a value does not exist."""
     names = [x.name for x in seen.view.x]
     n, sizes = len(names), seen.indices
     place = {s.name: exact_ball(value) for s, value in point.items()}
-    columns = [second_slopes(program, place, {x: arb(1)}) for x in names]
+    columns = [derivatives.first({**place, **{f"{y}/1": arb(int(x == y)) for y in names}}) for x in names]
     rows = [(i, k) for i, size in enumerate(sizes) for k in range(size)]
     with ctx.workprec(BITS):
-        Q = arb_mat([[columns[j][f"h {i}:{k}"][1] for j in range(n)] for i, k in rows])
+        Q = arb_mat([[column[f"h {i}:{k}"] for column in columns] for i, k in rows])
         try:
             fields = Q.solve(arb_mat([[arb(int(i == j)) for j in range(n)] for i in range(n)]))
         except ZeroDivisionError:
             return None
-    along = {row: {x: fields[a, b] for a, x in enumerate(names)} for b, row in enumerate(rows)}
+    place_of = {row: b for b, row in enumerate(rows)}
     found = []
-    for r, first, second in entries:
+    for r, *pair in entries:
         top = f"h {r}:{sizes[r]}"
-        jets = second_slopes(program, place, along[first], along[second])
+        along = {
+            f"{x}/{side}": fields[a, place_of[row]]
+            for side, row in enumerate(pair, start=1)
+            for a, x in enumerate(names)
+        }
+        bends = derivatives.second({**place, **along})
         with ctx.workprec(BITS):
-            slope = [sum((columns[a][top][1] * fields[a, b] for a in range(n)), arb(0)) for b in range(n)]
-            bent = sum((slope[b] * jets[f"h {i}:{k}"][3] for b, (i, k) in enumerate(rows)), arb(0))
-            found.append(jets[top][3] - bent)
+            slope = [sum((column[top] * fields[a, b] for a, column in enumerate(columns)), arb(0)) for b in range(n)]
+            bent = sum((slope[b] * bends[f"h {i}:{k}"] for b, (i, k) in enumerate(rows)), arb(0))
+            found.append(bends[top] - bent)
     return found if all(value.is_finite() for value in found) else None
 
 

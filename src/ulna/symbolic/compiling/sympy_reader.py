@@ -11,7 +11,7 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import BooleanFalse, BooleanTrue
 
 from ulna.base import FormulaError
-from ulna.program import InstructionList, Operation
+from ulna.program import InstructionList, Operation, Scalar
 
 DIGITS = 40
 """Decimal digits to which an irrational constant is evaluated before it is rounded to a double."""
@@ -44,18 +44,33 @@ _FOLDED: dict[type[sp.Basic], Operation] = {
     sp.Or: Operation.OR,
 }
 # Functions that are only other functions in disguise.
-_REWRITTEN: dict[type[sp.Basic], Callable[..., sp.Basic]] = {
-    sp.sec: lambda a: 1 / sp.cos(a),
-    sp.csc: lambda a: 1 / sp.sin(a),
-    sp.cot: lambda a: sp.cos(a) / sp.sin(a),
-    sp.sech: lambda a: 1 / sp.cosh(a),
-    sp.csch: lambda a: 1 / sp.sinh(a),
-    sp.coth: lambda a: 1 / sp.tanh(a),
-    sp.ceiling: lambda a: -sp.floor(-a),
-    sp.frac: lambda a: a - sp.floor(a),
-    sp.Mod: lambda a, b: a - b * sp.floor(a / b),
-    sp.Heaviside: lambda a, at_zero=sp.S.Half: sp.Piecewise((1, a > 0), (0, a < 0), (at_zero, True)),
+_DISGUISED: dict[type[sp.Basic], Callable[..., Scalar]] = {
+    sp.sec: lambda a: 1.0 / a.apply(Operation.COS),
+    sp.csc: lambda a: 1.0 / a.apply(Operation.SIN),
+    sp.cot: lambda a: a.apply(Operation.COS) / a.apply(Operation.SIN),
+    sp.asec: lambda a: (1.0 / a).apply(Operation.ACOS),
+    sp.acsc: lambda a: (1.0 / a).apply(Operation.ASIN),
+    sp.acot: lambda a: (1.0 / a).apply(Operation.ATAN),
+    sp.sech: lambda a: 1.0 / a.apply(Operation.COSH),
+    sp.csch: lambda a: 1.0 / a.apply(Operation.SINH),
+    sp.coth: lambda a: 1.0 / a.apply(Operation.TANH),
+    sp.ceiling: lambda a: -(-a).apply(Operation.FLOOR),
+    sp.frac: lambda a: a - a.apply(Operation.FLOOR),
+    sp.Mod: lambda a, b: a - b * (a / b).apply(Operation.FLOOR),
+    sp.Heaviside: lambda a, at_zero=0.5: a.more(0.0).where(1.0, a.less(0.0).where(0.0, at_zero)),
+    sp.sinc: lambda a: a.apply(Operation.EQUAL, 0.0).where(1.0, a.apply(Operation.SIN) / a),
 }
+_STRUCTURE = (sp.Add, sp.Mul, sp.Pow, Relational, sp.Piecewise, BooleanTrue, BooleanFalse)
+_SHORT = 2**16
+"""Below this `to_balls` takes a whole number as it is."""
+
+
+def is_exact(node: sp.Basic) -> bool:
+    """Whether an exact reader knows what to make of a node, apart from its arguments: not of long numbers, nor of π."""
+    if isinstance(node, sp.Number):
+        return isinstance(node, sp.Rational) and abs(int(node.p)) < _SHORT and int(node.q) < _SHORT
+    known = (_UNARY, _SEVERAL, _FOLDED, _DISGUISED)
+    return isinstance(node, _STRUCTURE) or any(node.func in table for table in known)
 
 
 class SympyReader:
@@ -64,10 +79,14 @@ class SympyReader:
     Sums keep SymPy's (deterministic) order of terms with the positive ones first; a product is its variable factors
     in order, divided once by the product of its denominators, times its rational coefficient rounded once.
     Terms and factors made of numbers and held symbols alone come first, so that they can be computed once for a run.
+    An `exact` reader rounds nothing; whatever `is_exact` leaves out has to be among the inputs.
     """
 
-    def __init__(self, name: str, inputs: Sequence[sp.Symbol], held: Collection[sp.Symbol] = ()) -> None:
+    def __init__(
+        self, name: str, inputs: Sequence[sp.Basic], held: Collection[sp.Symbol] = (), *, exact: bool = False
+    ) -> None:
         self.name = name
+        self._exact = exact
         self._held = frozenset(held)
         self._still: dict[sp.Basic, bool] = {}
         self.listing = InstructionList(len(inputs))
@@ -87,8 +106,8 @@ class SympyReader:
         self._indices[symbol] = self.index_of(expression)
 
     def _read(self, expression: sp.Basic) -> int:
-        if self._is_constant(expression):
-            return self.listing.constant(rounded(expression, self.name))
+        if isinstance(expression, sp.Number) or self._is_constant(expression):
+            return self._number(expression)
         if isinstance(expression, sp.Add):
             return self._sum(expression)
         if isinstance(expression, sp.Mul):
@@ -101,6 +120,16 @@ class SympyReader:
             return self._piecewise(expression)
         return self._function(expression)
 
+    def _number(self, constant: sp.Basic) -> int:
+        if not self._exact or isinstance(constant, BooleanTrue | BooleanFalse):
+            return self.listing.constant(rounded(constant, self.name))
+        if is_exact(constant):
+            exact = sp.Rational(constant)
+            above, below = (self.listing.constant(float(part)) for part in (int(exact.p), int(exact.q)))
+            return self.listing.emit(Operation.DIV, above, below)
+        known = self._indices.get(constant)
+        return self.listing.emit(Operation.NEG, self._indices[-constant]) if known is None else known
+
     def _function(self, expression: sp.Basic) -> int:
         kind = expression.func
         if kind in _UNARY and len(expression.args) == 1:
@@ -109,8 +138,8 @@ class SympyReader:
             return self.listing.emit(_SEVERAL[kind], *map(self.index_of, expression.args))
         if kind in _FOLDED:
             return self._fold(_FOLDED[kind], [self.index_of(argument) for argument in _ordered(expression.args)])
-        if kind in _REWRITTEN:
-            return self.index_of(_REWRITTEN[kind](*expression.args))
+        if kind in _DISGUISED:
+            return _DISGUISED[kind](*(Scalar(self.listing, self.index_of(each)) for each in expression.args)).index
         raise FormulaError(
             f"kernel '{self.name}'",
             f"'{getattr(kind, '__name__', kind)}' in {_shortened(expression)} has no numerical meaning here.",
@@ -150,7 +179,7 @@ class SympyReader:
         factors = sp.Mul.make_args(rest)
         held = [factor for factor in factors if self._is_held(factor) and not self._is_constant(factor)]
         moving = [factor for factor in factors if factor not in held]
-        scale = self.listing.constant(rounded(coefficient, self.name))
+        scale = self._number(coefficient)
         if not held or not moving:
             return self.listing.emit(Operation.MUL, scale, self._factors(factors))
         scale = self.listing.emit(Operation.MUL, scale, self._factors(held))
@@ -238,6 +267,8 @@ class SympyReader:
         if known is None:
             if isinstance(expression, BooleanTrue | BooleanFalse):
                 known = True
+            elif self._exact:
+                known = False
             elif expression.args:
                 known = isinstance(expression, sp.Expr) and all(map(self._is_constant, expression.args))
             else:
@@ -269,7 +300,7 @@ def rounded(constant: sp.Basic, name: str) -> float:
 
 
 def _is_chain(exponent: sp.Basic) -> bool:
-    return isinstance(exponent, sp.Rational) and exponent.q in (1, 2)
+    return isinstance(exponent, sp.Rational) and exponent.q in (1, 2) and 0 < abs(int(exponent.p)) < _SHORT
 
 
 def _ordered(arguments: Sequence[sp.Basic]) -> list[sp.Basic]:

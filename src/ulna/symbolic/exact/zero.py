@@ -70,7 +70,7 @@ class SampledZero:
         evidence: dict[str, Any] = {"points": seen, "digits": self.digits, "seed": self.seed}
         if not seen:
             return Verdict.undecided(claim, tried="no random point where the expression is real and finite", **evidence)
-        if self.seconds > 0 and len(program.steps) <= self.operations:
+        if self.seconds > 0 and program.size <= self.operations:
             proof = attempt_exactly(self.seconds, "normal form", vanishes_exactly, expression)
             if proof.value:
                 return Verdict.proved(claim, method="normal form", **evidence)
