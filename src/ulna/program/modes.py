@@ -69,7 +69,13 @@ def _pair(kernel: Kernel, instruction: Instruction) -> tuple[tuple[int, int], bo
         return (instruction.operands[0], ZERO), False
     a, b = (ZERO if _is_zero(kernel, operand) else operand for operand in instruction.operands)
     turned = a == ZERO or (b != ZERO and b < a)
-    return ((b, a) if turned else (a, b)), turned
+    if turned:
+        a, b = b, a
+    if b == ZERO:  # −x and x reach 0 together
+        position = a - len(kernel.inputs)
+        if position >= 0 and kernel.instructions[position].operation is Operation.NEG:
+            a, turned = kernel.instructions[position].operands[0], not turned
+    return (a, b), turned
 
 
 def _is_zero(kernel: Kernel, index: int) -> bool:
