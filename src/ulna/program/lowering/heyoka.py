@@ -11,8 +11,8 @@ from ulna.base import SimulationError
 from ulna.program.instructions import Operation
 from ulna.program.kernel import Kernel
 
-# Its warnings of steps that are no numbers go to standard output, amid what a program prints; outcomes tell of them.
-hy.set_logger_level_error()
+# Its warnings and errors go to standard output, amid what a program prints; outcomes tell of them.
+hy.set_logger_level_critical()
 
 
 def _minimum(a: Any, b: Any) -> Any:

@@ -24,6 +24,9 @@ PROBES = (1e-10, 1e-6, 1e-4)
 REST = 1e-9
 """Part of a run: a rebound that would fly for less than this rests."""
 
+SMALLEST = 1e-290
+"""Event functions below this are not scaled."""
+
 CHATTER = 100
 """Changes at one instant after which nothing moves any more."""
 
@@ -83,6 +86,7 @@ class Course:
         modes: of guards. saturated: of limits. contacts: of walls (−1 at the lower stop, 1 at the upper, else 0).
         sides: (F,) of each event function: sign of value − level, 0 where it is not looked at. levels, weights: (F,).
         events: what happened. outcome: how it ended, None while it goes on.
+        divisors: (n,) of the states, see `Yardstick`.
     """
 
     motion: Motion
@@ -100,6 +104,7 @@ class Course:
     outcome: Outcome | None = None
     watchers: Sequence[Any] = ()
     begun: bool = False
+    divisors: np.ndarray | None = None
 
     def shown(self, function: int) -> float:
         """Value − level of an event function."""
@@ -156,8 +161,11 @@ class Course:
         rates, _ = self.motion(self, self.time, self.state)
         later = MOMENT * self.span
         change = np.abs(self.distances(self.state + later * rates, self.time + later) - self.distances()) / later
-        largest = np.maximum(1.0, np.maximum(here, change))
-        self.weights[:] = np.where(np.isfinite(largest), 1.0 / largest, 1.0)
+        # States of sizes near 1 leave small functions as they are; of other sizes nothing is known.
+        least = 1.0 if self.divisors is None else 0.0
+        largest = np.maximum(least, np.maximum(here, change))
+        good = np.isfinite(largest) & (largest > SMALLEST)
+        self.weights[:] = np.where(good, 1.0 / np.where(good, largest, 1.0), 1.0)
 
     def react(self, function: int, until: float) -> None:
         """Let an event happen that was found here, unless the value only touches its level, and go on from it."""

@@ -17,6 +17,7 @@ from ulna.sim.continuous.one_thread import one_thread
 from ulna.sim.continuous.rules import Limits
 from ulna.sim.continuous.run import run_continuous
 from ulna.sim.continuous.taylor import Taylor
+from ulna.sim.continuous.yardstick import PASSES, misfits, powers_of_two
 from ulna.sim.figures import BAND, FIGURE_NAMES, output_figures
 from ulna.sim.inputs import Constant, Held, Input, Interpolated
 from ulna.sim.metrics import output_metrics
@@ -172,14 +173,32 @@ def _chunk(
     start = _outputs(lanes, step, initial, held)
     kept = np.stack([start, start, np.zeros_like(start)], axis=1).reshape(FIGURES * step.outputs, count)
     bands = np.stack([targets, BAND * np.abs(targets - start)], axis=1).reshape(2 * step.outputs, count)
-    stays = [np.broadcast_to(row, count) for row in (float(asked.times[-1]), *constants, *bands)]
-    last = _march(step, settings, np.stack([np.zeros(count), *initial.T, *kept, *stays]))
+    end = float(asked.times[-1])
+    stays = [np.broadcast_to(row, count) for row in (end, *np.ones((n, 1)), *constants, *bands)]
+    rows = np.stack([np.zeros(count), *initial.T, *np.abs(initial.T), *kept, *stays])
+    last = _measured(step, settings, rows)
     final = figures["final_state"][chosen] = last[1 : 1 + n].T
     if step.outputs:
-        _put(figures, chosen, targets, start, _outputs(lanes, step, final, held), last[1 + n :])
+        _put(figures, chosen, targets, start, _outputs(lanes, step, final, held), last[1 + 2 * n :])
     # Written so that a NaN has not arrived.
-    arrived = (last[0] == float(asked.times[-1])) & (_squared(last[1 : 1 + n]) < settings.bound**2)
+    arrived = (last[0] == end) & (_squared(last[1 : 1 + n]) < settings.bound**2)
     return chosen.start + np.flatnonzero(~arrived)
+
+
+def _measured(step: LaneStep, settings: Taylor, rows: np.ndarray) -> np.ndarray:
+    """What moved, (moving, runs); runs whose states are of uneven sizes go again with each state by its own size."""
+    n = step.states
+    last = _march(step, settings, rows)
+    inverses = slice(step.moving + 1, step.moving + 1 + n)
+    runs = np.arange(rows.shape[1])
+    for _ in range(PASSES):
+        uneven = misfits(last[1 + n : 1 + 2 * n, runs] * rows[inverses, runs])
+        runs = runs[uneven]
+        if not len(runs):
+            break
+        rows[inverses, runs] = 1.0 / powers_of_two(last[1 + n : 1 + 2 * n, runs])
+        last[:, runs] = _march(step, settings, np.take(rows, runs, axis=1))
+    return last
 
 
 def _march(step: LaneStep, settings: Taylor, rows: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 from ulna.program import Kernel
 from ulna.sim.continuous.layout import Layout
 from ulna.sim.continuous.taylor import Taylor
+from ulna.sim.continuous.yardstick import PARTS, Yardstick
 from ulna.sim.outcome import Outcome
 
 COMPACT_ABOVE = 12
@@ -46,66 +47,114 @@ class Flow:
         self._kernel = kernel
         self._layout = layout
         self._settings = settings
-        self._plain = self._compiled(bounded=False)
-        self._bounded: Any = None
+        self._plain = self._compiled(bounded=False, divided=False)
+        self._others: dict[tuple[bool, bool], Any] = {}
         # Views into the integrator's memory: asking for them anew costs as much as a step.
         self._state = self._plain.state
         self._values = self._plain.pars
         self._value_count = len(self._plain.pars)
 
     def final(self, initial: np.ndarray, start: float, end: float, values: list[float]) -> np.ndarray | None:
-        """(n,) state at `end`, the fast way; None where an early end needs `run`."""
+        """(n,) state at `end`, the fast way; None where `run` is needed: an early end, states of uneven sizes."""
         integrator = self._plain
         integrator.time = start
         self._state[:] = initial
         if self._value_count:
             self._values[:] = values[: self._value_count]
-        outcome = integrator.propagate_until(end, max_steps=self._settings.maximum_steps)[0]
-        if outcome != self._reached or not inside(self._state, self._settings.bound):
+        grid = start + (end - start) * PARTS
+        grid[-1] = end
+        result = integrator.propagate_grid(grid, max_steps=self._settings.maximum_steps)
+        states = result[5]
+        if result[0] != self._reached or not inside(states[-1], self._settings.bound):
             return None
-        return self._state.copy()
+        return states[-1] if Yardstick(len(initial)).fits(states) else None
 
-    def run(self, initial: np.ndarray, times: np.ndarray, values: list[float]) -> Stretch:
-        """The states at the given times (N ≥ 2); `initial` holds at the first."""
-        stretch = self._attempted(self._plain, initial, times, values)
+    def run(self, initial: np.ndarray, times: np.ndarray, values: list[float], sizes: Yardstick) -> Stretch:
+        """The states at the given times (N ≥ 2); `initial` holds at the first. `sizes` are taken in and used."""
+        stretch = self._measured(initial, times, values, sizes, bounded=False)
         if stretch.outcome is not Outcome.NOT_FINITE and inside(stretch.states, self._settings.bound):
             return stretch
         # Only now is the event worth its cost: it slows every step and doubles the time to compile.
-        if self._bounded is None:
-            self._bounded = self._compiled(bounded=True)
-        return self._attempted(self._bounded, initial, times, values)
+        return self._measured(initial, times, values, sizes, bounded=True)
 
-    def _attempted(self, integrator: Any, initial: np.ndarray, times: np.ndarray, values: list[float]) -> Stretch:
+    def _measured(
+        self, initial: np.ndarray, times: np.ndarray, values: list[float], sizes: Yardstick, *, bounded: bool
+    ) -> Stretch:
+        while True:
+            stretch = self._attempted(initial, times, values, sizes.divisors, bounded=bounded)
+            if sizes.fits(stretch.states):
+                return stretch
+
+    def _attempted(
+        self,
+        initial: np.ndarray,
+        times: np.ndarray,
+        values: list[float],
+        divisors: np.ndarray | None,
+        *,
+        bounded: bool,
+    ) -> Stretch:
+        integrator = self._integrator(bounded=bounded, divided=divisors is not None)
         integrator.time = float(times[0])
-        integrator.state[:] = initial
+        integrator.state[:] = initial if divisors is None else initial / divisors
+        if divisors is not None:
+            values = [*values, *divisors.tolist(), *(1.0 / divisors).tolist()]
         # A value that no rate uses has no place in the integrator's memory.
         integrator.pars[:] = values[: len(integrator.pars)]
         if integrator.with_events:
             integrator.reset_cooldowns()
         result = integrator.propagate_grid(times, max_steps=self._settings.maximum_steps)
-        code, states = result[0], result[5]
+        code, states, last = result[0], result[5], integrator.state
+        if divisors is not None:
+            states, last = states * divisors, last * divisors
         if code == self._reached:
             return Stretch(times=times, states=states, outcome=Outcome.FINISHED)
         outcomes = {self._codes.step_limit: Outcome.STEP_LIMIT, self._codes.err_nf_state: Outcome.NOT_FINITE}
-        return ended_early(integrator, initial, times, states, outcomes.get(code, Outcome.BLEW_UP))
+        at = float(integrator.time)
+        return ended_early(initial, times, states, at, last, outcomes.get(code, Outcome.BLEW_UP))
 
-    def _compiled(self, *, bounded: bool) -> Any:
-        import heyoka as hy
+    def _integrator(self, *, bounded: bool, divided: bool) -> Any:
+        if not (bounded or divided):
+            return self._plain
+        if (bounded, divided) not in self._others:
+            self._others[bounded, divided] = self._compiled(bounded=bounded, divided=divided)
+        return self._others[bounded, divided]
 
+    def _compiled(self, *, bounded: bool, divided: bool) -> Any:
         from ulna.program.lowering.heyoka import to_heyoka
 
-        variables = [hy.expression(f"s{k}") for k in range(len(self._layout.states))]
-        rates = list(to_heyoka(self._kernel, sources(self._layout, variables)).values())
-        return compiled(variables, rates, self._settings, bounded=bounded, events=[])
+        variables, states, inverses = states_of(self._layout, self._layout.first_mode if divided else None)
+        rates = list(to_heyoka(self._kernel, sources(self._layout, states)).values())
+        rates = [rate * inverse for rate, inverse in zip(rates, inverses, strict=True)] if divided else rates
+        return compiled(variables, states, rates, self._settings, bounded=bounded, events=[])
 
 
-def compiled(variables: list[Any], rates: list[Any], settings: Taylor, *, bounded: bool, events: list[Any]) -> Any:
+def states_of(layout: Layout, divisors: int | None) -> tuple[list[Any], list[Any], list[Any]]:
+    """(what is integrated, the states, what rates are multiplied by), heyoka's expressions.
+
+    Args:
+        layout: names the states. divisors: place of the states' divisors among the run-time values, which their
+            reciprocals follow; None where the states themselves are integrated.
+    """
+    import heyoka as hy
+
+    count = len(layout.states)
+    variables = [hy.expression(f"s{k}") for k in range(count)]
+    if divisors is None:
+        return variables, variables, []
+    states = [hy.par[divisors + k] * variable for k, variable in enumerate(variables)]
+    return variables, states, [hy.par[divisors + count + k] for k in range(count)]
+
+
+def compiled(
+    variables: list[Any], states: list[Any], rates: list[Any], settings: Taylor, *, bounded: bool, events: list[Any]
+) -> Any:
     """heyoka's integrator of the rates that stops at events; the bound, if it is looked at, is the last of them."""
     import heyoka as hy
 
     if bounded:
         # Scaled to 1: heyoka chooses its steps by the size of the event functions as well as of the state.
-        norm = hy.sum([variable * variable for variable in variables])
+        norm = hy.sum([state * state for state in states])
         outwards = hy.event_direction.negative
         events = [*events, hy.t_event(1.0 - norm * settings.bound**-2, direction=outwards)]
     return hy.taylor_adaptive(
@@ -118,11 +167,11 @@ def compiled(variables: list[Any], rates: list[Any], settings: Taylor, *, bounde
     )
 
 
-def sources(layout: Layout, variables: list[Any]) -> dict[str, Any]:
-    """A heyoka expression for each input of the kernel but modes: a variable, the time or run-time values."""
+def sources(layout: Layout, states: list[Any]) -> dict[str, Any]:
+    """A heyoka expression for each input of the kernel but modes: a state, the time or run-time values."""
     import heyoka as hy
 
-    found: dict[str, Any] = dict(zip(layout.states, variables, strict=True))
+    found: dict[str, Any] = dict(zip(layout.states, states, strict=True))
     found |= {name: hy.par[k] for k, name in enumerate(layout.constants)}
     for k, name in enumerate(layout.ramps):
         place = len(layout.constants) + 2 * k
@@ -140,15 +189,14 @@ def inside(states: np.ndarray, bound: float) -> bool:
 
 
 def ended_early(
-    integrator: Any, initial: np.ndarray, times: np.ndarray, states: np.ndarray, outcome: Outcome
+    initial: np.ndarray, times: np.ndarray, states: np.ndarray, at: float, last: np.ndarray, outcome: Outcome
 ) -> Stretch:
-    """The rows that are good, and the state at the end if that is finite and new."""
+    """The rows that are good, and the state `last` at the end `at` if that is finite and new."""
     finite = np.asarray(np.isfinite(states).all(axis=1))
     count = len(finite) if finite.all() else int(np.argmin(finite))
     if not count:
         return Stretch(times=times[:1], states=initial[None, :].copy(), outcome=outcome)
     ended, rows = times[:count], states[:count]
-    at, last = float(integrator.time), integrator.state
     if np.isfinite(at) and np.isfinite(last).all() and at > ended[-1]:
         ended, rows = np.append(ended, at), np.vstack([rows, last])
     return Stretch(times=ended, states=rows, outcome=outcome)

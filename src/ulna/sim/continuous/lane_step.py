@@ -50,8 +50,10 @@ FIGURES = 3
 class LaneStep:
     """A compiled step. Rows of its argument, each with one entry for each run: what moves, then what stays.
 
-    What moves: time, n states, largest value, smallest value and last time outside the band of each of the q outputs.
-    What stays: final time, c constants, target and half-width of the band of each output.
+    What moves: time, n states, the largest absolute value of each, and of each of the q outputs largest value, smallest
+    value and last time outside the band.
+    What stays: final time, reciprocal of the size of each state, c constants, target and half-width of the band of each
+    output.
 
     Attributes:
         evaluate: (rows, runs) → what moves after the step: (moving, runs).
@@ -76,10 +78,10 @@ def lane_step(
 ) -> LaneStep | None:
     """The step of x' = f(x) whose first n outputs are the rates; None where its series is unknown or too long.
 
-    The last term of the series is at most CAUTION · tolerance of the larger of 1 and the state's largest entry, and so
-    is the one before (Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order
-    Taylor methods, Experimental Mathematics 14, 2005). Order and step are balanced by cost: high orders and long
-    steps win where many runs share each instruction.
+    Of the states divided by their sizes, the last term of the series is at most CAUTION · tolerance of the larger of 1
+    and the largest entry, and so is the one before (Jorba and Zou, A software package for the numerical integration of
+    ODEs by means of high-order Taylor methods, Experimental Mathematics 14, 2005). Order and step are balanced by cost:
+    high orders and long steps win where many runs share each instruction.
 
     Args:
         field: inputs states and constants, outputs the rates and then the functions `outputs`.
@@ -92,21 +94,24 @@ def lane_step(
     if order is None:
         return None
     moving = [hy.expression(name) for name in ("t", *(f"x{k}" for k in range(len(states))))]
+    sizes = [hy.expression(f"m{k}") for k in range(len(states))]
     kept = [hy.expression(f"r{k}") for k in range(FIGURES * len(outputs))]
-    staying = [hy.expression(name) for name in ("end", *(f"c{k}" for k in range(len(constants))))]
+    end, *inverses = (hy.expression(name) for name in ("end", *(f"i{k}" for k in range(len(states)))))
+    known = [hy.expression(f"c{k}") for k in range(len(constants))]
     edges = [hy.expression(f"b{k}") for k in range(2 * len(outputs))]
-    sources = dict(zip((*states, *constants), (*moving[1:], *staying[1:]), strict=True))
+    sources = dict(zip((*states, *constants), (*moving[1:], *known), strict=True))
     found = to_heyoka(series.kernel(order), sources)
     polynomials = {name: [found[f"{name}:{k}"] for k in range(order + 1)] for name in (*states, *outputs)}
-    step = _step([polynomials[name] for name in states], small)
-    time, end = moving[0], staying[0]
+    step = _step([polynomials[name] for name in states], inverses, small)
+    time = moving[0]
     last = hy.gte(time + step, end)
     step = hy.select(last, end - time, step)
     after = [hy.select(last, end, time + step), *(_horner(polynomials[name], step) for name in states)]
+    after += [_largest([size, _size(state)]) for size, state in zip(sizes, after[1:], strict=True)]
     for k, name in enumerate(outputs):
         own = _scaled(polynomials[name], step)
         after += _followed(own, time, step, kept[FIGURES * k : FIGURES * (k + 1)], *edges[2 * k : 2 * k + 2])
-    arguments = [*moving, *kept, *staying, *edges]
+    arguments = [*moving, *sizes, *kept, end, *inverses, *known, *edges]
     evaluate = hy.cfunc(after, arguments, opt_level=3 if optimise else 0)
     return LaneStep(evaluate=evaluate, order=order, states=len(states), outputs=len(outputs), moving=len(after))
 
@@ -129,13 +134,17 @@ def _best_order(series: FlowSeries, small: float, outputs: int) -> int | None:
     return next((order for order, cost in costs.items() if cost <= HASTE * min(costs.values())), None)
 
 
-def _step(states: list[list[Any]], small: float) -> Any:
-    """The longest step whose last two terms are small beside the state, or beside 1."""
+def _step(states: list[list[Any]], inverses: list[Any], small: float) -> Any:
+    """The longest step whose last two terms are small beside the state, or beside 1; each state by its own size."""
     one = hy.expression(1.0)
-    allowed = small * _largest([one, *(_size(series[0]) for series in states)])
+
+    def sizes(order: int) -> list[Any]:
+        return [_size(series[order]) * inverse for series, inverse in zip(states, inverses, strict=True)]
+
+    allowed = small * _largest([one, *sizes(0)])
     steps = []
     for order in (len(states[0]) - 1, len(states[0]) - 2):
-        last = _largest([_size(series[order]) for series in states])
+        last = _largest(sizes(order))
         steps.append(hy.exp(hy.log(allowed / last) / float(order)))
     return hy.select(hy.lt(steps[0], steps[1]), steps[0], steps[1])
 

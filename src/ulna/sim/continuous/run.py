@@ -22,6 +22,7 @@ from ulna.sim.continuous.rules import Limits, Reported
 from ulna.sim.continuous.switched_flow import SwitchedFlow
 from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.continuous.watchers import new_course
+from ulna.sim.continuous.yardstick import Yardstick, looked_at
 from ulna.sim.event import Event, EventKind
 from ulna.sim.inputs import Held, Input, Interpolated
 from ulna.sim.outcome import Outcome
@@ -101,20 +102,26 @@ def _integrated(
 ) -> tuple[Stretch, tuple[Event, ...]]:
     flow = ready.flow
     breakpoints = _breakpoints(inputs, times) if inputs else None
-    if breakpoints is not None or isinstance(flow, SwitchedFlow):
-        edges = [*times[:1], *(() if breakpoints is None else breakpoints), *times[-1:]]
-        return _stretches(ready, state, times, edges, inputs, parameters)
-    start, end = float(times[0]), float(times[-1])
-    values = ready.ready if default else None
-    if values is None:
-        values = stretch_values(ready, parameters, inputs, start, end)
-    with flow.lock:
+    if breakpoints is None and isinstance(flow, Flow):
+        values = ready.ready if default else None
+        start, end = float(times[0]), float(times[-1])
+        if values is None:
+            values = stretch_values(ready, parameters, inputs, start, end)
         if len(times) == 2:
-            final = flow.final(state, start, end, values)
+            with flow.lock:
+                final = flow.final(state, start, end, values)
             if final is not None:
                 return Stretch(times=times, states=np.array((state, final)), outcome=Outcome.FINISHED), ()
-        run = flow.run(state, times, values)
-    return run, (() if run.outcome is Outcome.FINISHED else _ended(run))
+    edges = [*times[:1], *(() if breakpoints is None else breakpoints), *times[-1:]]
+    looked = looked_at(times)
+    # What is not finite is found and told of by its outcome.
+    with np.errstate(all="ignore"):
+        run, happened = _stretches(ready, state, looked, edges, inputs, parameters)
+    if len(looked) > len(times):
+        kept = np.isin(run.times, times)
+        kept[-1] = True
+        run = replace(run, times=run.times[kept], states=run.states[kept])
+    return run, happened
 
 
 def _stretches(
@@ -126,7 +133,7 @@ def _stretches(
     parameters: Mapping[str, float],
 ) -> tuple[Stretch, tuple[Event, ...]]:
     """One stretch after the other between the breakpoints of the inputs; breakpoints nobody asked for are dropped."""
-    flow = ready.flow
+    flow, sizes = ready.flow, Yardstick(len(state))
     course: Any = None
     if isinstance(flow, SwitchedFlow):
         course = new_course(flow.motion, ready.rules, float(times[-1] - times[0]))
@@ -137,9 +144,9 @@ def _stretches(
         values = stretch_values(ready, parameters, inputs, float(start), float(end))
         with flow.lock:
             if isinstance(flow, Flow):
-                run = flow.run(state, grid, values)
+                run = flow.run(state, grid, values, sizes)
             else:
-                course, run = flow.run(course, state, grid, values)
+                course, run = flow.run(course, state, grid, values, sizes)
         outcome = run.outcome
         if outcome is not Outcome.FINISHED:
             all_times.append(run.times[1:])

@@ -9,8 +9,9 @@ import numpy as np
 
 from ulna.program import MODE
 from ulna.sim.continuous.course import Course, Motion, Scheme
-from ulna.sim.continuous.flow import Stretch, compiled, ended_early, inside, sources
+from ulna.sim.continuous.flow import Stretch, compiled, ended_early, inside, sources, states_of
 from ulna.sim.continuous.taylor import Taylor
+from ulna.sim.continuous.yardstick import Yardstick
 from ulna.sim.outcome import Outcome
 
 
@@ -30,24 +31,39 @@ class SwitchedFlow:
         self.motion = Motion(scheme)
         self._scheme = scheme
         self._settings = settings
-        self._plain = self._compiled(bounded=False)
-        self._bounded: Any = None
+        self._integrators: dict[tuple[bool, bool], Any] = {}
 
-    def run(self, began: Course, initial: np.ndarray, times: np.ndarray, values: list[float]) -> tuple[Course, Stretch]:
+    def run(
+        self, began: Course, initial: np.ndarray, times: np.ndarray, values: list[float], sizes: Yardstick
+    ) -> tuple[Course, Stretch]:
         """Where the run stands at the end, and its states at the given times (N ≥ 2); `initial` holds at the first."""
-        course = began.copied()
-        stretch = self._attempted(self._plain, course, initial, times, values)
+        course, stretch = self._measured(began, initial, times, values, sizes, bounded=False)
         if stretch.outcome is not Outcome.NOT_FINITE and inside(stretch.states, self._settings.bound):
             return course, stretch
         # Only now is the bound worth its cost.
-        if self._bounded is None:
-            self._bounded = self._compiled(bounded=True)
-        course = began.copied()
-        return course, self._attempted(self._bounded, course, initial, times, values)
+        return self._measured(began, initial, times, values, sizes, bounded=True)
+
+    def _measured(
+        self,
+        began: Course,
+        initial: np.ndarray,
+        times: np.ndarray,
+        values: list[float],
+        sizes: Yardstick,
+        *,
+        bounded: bool,
+    ) -> tuple[Course, Stretch]:
+        while True:
+            course = began.copied()
+            course.divisors = sizes.divisors
+            stretch = self._attempted(course, initial, times, values, bounded=bounded)
+            if sizes.fits(stretch.states):
+                return course, stretch
 
     def _attempted(
-        self, integrator: Any, course: Course, initial: np.ndarray, times: np.ndarray, values: list[float]
+        self, course: Course, initial: np.ndarray, times: np.ndarray, values: list[float], *, bounded: bool
     ) -> Stretch:
+        integrator = self._integrator(bounded=bounded, divided=course.divisors is not None)
         states = np.empty((len(times), len(initial)))
         states[0], done = initial, 1
         course.enter(float(times[0]), initial, values, float(times[1]))
@@ -62,7 +78,9 @@ class SwitchedFlow:
             self._set(integrator, course)
             grid = np.concatenate(([course.time], times[done:]))
             result = integrator.propagate_grid(grid, max_steps=self._settings.maximum_steps)
-            code, rows = result[0], result[5][1:]
+            code, rows, last = result[0], result[5][1:], integrator.state.copy()
+            if course.divisors is not None:
+                rows, last = rows * course.divisors, last * course.divisors
             states[done : done + len(rows)] = rows
             if code == self._codes.time_limit:
                 return Stretch(times=times, states=states, outcome=Outcome.FINISHED)
@@ -72,9 +90,9 @@ class SwitchedFlow:
                 outcome = {self._codes.step_limit: Outcome.STEP_LIMIT, self._codes.err_nf_state: Outcome.NOT_FINITE}
                 course.outcome = outcome.get(code, Outcome.BLEW_UP)
                 at = done + len(rows)
-                return ended_early(integrator, initial, times[:at], states[:at], course.outcome)
+                return ended_early(initial, times[:at], states[:at], float(integrator.time), last, course.outcome)
             done += len(rows)
-            course.time, course.state = float(integrator.time), integrator.state.copy()
+            course.time, course.state = float(integrator.time), last
             course.react(function, float(times[min(done, len(times) - 1)]))
         course.outcome = Outcome.STEP_LIMIT
         return _stopped(course, times[:done], states[:done])
@@ -82,7 +100,7 @@ class SwitchedFlow:
     def _set(self, integrator: Any, course: Course) -> None:
         scheme = self._scheme
         integrator.time = course.time
-        integrator.state[:] = course.state
+        integrator.state[:] = course.state if course.divisors is None else course.state / course.divisors
         sides = course.sides * course.weights
         # A function that is zero at the start hides its next zero; near a level of some size rounding makes it so.
         sizes = _ROUNDING * np.abs(course.levels)
@@ -90,35 +108,43 @@ class SwitchedFlow:
         levels = course.levels - course.sides * shifts
         given = [*course.values[: scheme.layout.first_mode], *course.saturated, *course.modes, *course.contacts]
         given += [*levels, *sides]
+        if course.divisors is not None:
+            given += [*course.divisors.tolist(), *(1.0 / course.divisors).tolist()]
         integrator.pars[:] = given[: len(integrator.pars)]
         integrator.reset_cooldowns()
 
-    def _compiled(self, *, bounded: bool) -> Any:
+    def _integrator(self, *, bounded: bool, divided: bool) -> Any:
+        if (bounded, divided) not in self._integrators:
+            self._integrators[bounded, divided] = self._compiled(bounded=bounded, divided=divided)
+        return self._integrators[bounded, divided]
+
+    def _compiled(self, *, bounded: bool, divided: bool) -> Any:
         import heyoka as hy
 
         from ulna.program.lowering.heyoka import to_heyoka
 
         scheme, layout = self._scheme, self._scheme.layout
-        variables = [hy.expression(f"s{k}") for k in range(len(layout.states))]
         modes = [*layout.saturated, *(f"{MODE}{k}" for k in range(scheme.moded.guards))]
         first = layout.first_mode
         own = {name: hy.par[first + k] for k, name in enumerate(modes)}
-        given = to_heyoka(scheme.moded.kernel, sources(layout, variables) | own)
+        first += len(modes)
+        count, functions = len(scheme.walls), len(scheme.functions)
+        variables, known, inverses = states_of(layout, first + count + 2 * functions if divided else None)
+        given = to_heyoka(scheme.moded.kernel, sources(layout, known) | own)
         expressions = list(given.values())
         rates, watched = expressions[: len(variables)], expressions[len(variables) :]
-        first += len(modes)
+        rates = [rate * inverse for rate, inverse in zip(rates, inverses, strict=True)] if divided else rates
         for k, places in enumerate(scheme.walls):
             for place in places:
                 rates[place] = hy.select(hy.eq(hy.par[first + k], 0.0), rates[place], 0.0)
-        first += len(scheme.walls)
-        count = len(scheme.functions)
+        first += count
         events = []
         for k, place in enumerate(scheme.functions):
-            level, side = hy.par[first + k], hy.par[first + count + k]
+            level, side = hy.par[first + k], hy.par[first + functions + k]
             # What is not looked at must not be met again and again.
             function = hy.select(hy.eq(side, 0.0), 1.0, side * (watched[place] - level))
             events.append(hy.t_event(function, direction=hy.event_direction.negative))
-        return compiled(variables, rates, self._settings, bounded=bounded, events=events)
+        return compiled(variables, known, rates, self._settings, bounded=bounded, events=events)
 
 
 _ROUNDING = 1e-15

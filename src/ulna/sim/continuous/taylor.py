@@ -12,6 +12,11 @@ from ulna.base import SimulationError
 class Taylor:
     """Integration by Taylor series of adaptive order and step (heyoka), exact to rounding where the plant allows it.
 
+    What is promised of a step's error: it is below the tolerance times the size of each state, the largest value that
+    the state takes during the run, be that 1e-20 or 1e9. States whose sizes lie within a factor of 1000 of each other
+    and of 1 are held to the largest of them. Others are found after a first attempt and divided by powers of two for
+    a second one, which costs as much again; a state of rounding errors is such a one, too.
+
     Jumps in the right-hand side (limits, `Abs`, `Piecewise`, …), saturation and end stops of the loop are located to
     rounding; the series of a step knows one side of them only. Contact with an end stop, rest at it and release are
     found; rebounds that would fly for less than 1e-9 of the run or rise by less than 1e-14 of the bound count as rest.
