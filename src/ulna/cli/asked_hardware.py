@@ -25,7 +25,7 @@ def require_period(options: HardwareOptions) -> None:
     names = ("delay", "encoder", "resolution", "noise", "slew", "anti_windup", "jitter", "missed", "pwm")
     given = [name for name in names if getattr(options, name)]
     given += ["discretise"] if options.discretise is not Discretisation.runge_kutta else []
-    given += ["arithmetic"] if options.arithmetic is not Arithmetic.fused else []
+    given += ["arithmetic"] if options.arithmetic is not None else []
     if given and not options.sampled:
         asked = f"--{given[0].replace('_', '-')}"
         raise SimulationError(asked, "it is for a sampled loop.", "Give --period, 1e-3 say.")
@@ -145,7 +145,7 @@ def _discretisation(asked: Discretisation) -> Any:
     return kinds[asked]()
 
 
-def _arithmetic(asked: Arithmetic) -> AbstractArithmetic:
+def _arithmetic(asked: Arithmetic | None) -> AbstractArithmetic:
     from ulna.program import Fused, Plain
 
     return Plain() if asked is Arithmetic.plain else Fused()

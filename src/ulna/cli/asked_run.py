@@ -48,6 +48,7 @@ def run_of(
     hardware: HardwareOptions,
     *,
     varied: Collection[str] | None = None,
+    open_references: bool = False,
 ) -> Run:
     """The run that the options ask for.
 
@@ -55,6 +56,7 @@ def run_of(
         system: the plant.
         plant, run, design, hardware: the options.
         varied: of a sweep, names that get their values from elsewhere.
+        open_references: whether references may stay without a value.
 
     Raises:
         UlnaError: options that exclude each other, texts that cannot be read, names that are unknown, a plant that
@@ -83,7 +85,7 @@ def run_of(
     return Run(
         loop=loop,
         initial=_initial(loop, controller, run.initial),
-        inputs=_inputs(loop, run, varied or ()),
+        inputs=_inputs(loop, run, [s.name for s in loop.references] if open_references else varied or ()),
         parameters={name: float(value) for name, value in values.items()},
     )
 

@@ -9,6 +9,7 @@ import typer
 from ulna import __version__
 from ulna.cli.analyse import analyse
 from ulna.cli.design import design
+from ulna.cli.export import app as export
 from ulna.cli.list_models import list_models
 from ulna.cli.replay import replay
 from ulna.cli.reproduce import reproduce
@@ -31,6 +32,7 @@ app.command()(simulate)
 app.command()(sweep)
 app.command()(replay)
 app.command()(reproduce)
+app.add_typer(export, name="export")
 app.add_typer(study, name="study")
 
 

@@ -180,9 +180,13 @@ class HardwareOptions:
         _processor("--discretise", help="How the controller is stepped; 'exact' needs --observer-poles."),
     ] = Discretisation.runge_kutta
     arithmetic: Annotated[
-        Arithmetic,
-        _processor("--arithmetic", help="With fused multiply-add, or plain: the same bits in every language."),
-    ] = Arithmetic.fused
+        Arithmetic | None,
+        _processor(
+            "--arithmetic",
+            help="With fused multiply-add, or plain: the same bits in every language. Left out: fused, "
+            "in an export plain.",
+        ),
+    ] = None
     encoder: Annotated[int, _processor("--encoder", metavar="BITS", help="Codes of a turn: 2^BITS.")] = 0
     resolution: Annotated[float, _processor("--resolution", help="Step of the measured outputs, SI.")] = 0.0
     noise: Annotated[

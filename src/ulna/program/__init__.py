@@ -3,10 +3,12 @@
 from ulna.program.affine_inputs import solved_for_inputs
 from ulna.program.arithmetic import AbstractArithmetic, Fused, Plain, in_arithmetic
 from ulna.program.assembly import Assembly, chained
+from ulna.program.bound import bound
 from ulna.program.costly import COSTLY, costly_first
 from ulna.program.factored import factored
 from ulna.program.flow_series import FlowSeries
 from ulna.program.hoist import HOISTED, Hoisted, hoist
+from ulna.program.identifiers import is_plain_name
 from ulna.program.implicit import ImplicitKernel
 from ulna.program.instructions import InstructionList, Operation, pruned
 from ulna.program.instructions_from_casadi import kernel_from_casadi
@@ -14,7 +16,7 @@ from ulna.program.jet import explicit, lie_derivatives, open_derivatives
 from ulna.program.kernel import Kernel, check_names, restricted, without_inputs
 from ulna.program.linear_kernel import joined, solved
 from ulna.program.lowering.balls import BITS, balls_by_name, to_balls
-from ulna.program.lowering.c import C_FLAGS, c_header, to_c
+from ulna.program.lowering.c import C_FLAGS, c_header, c_literal, c_statements, to_c
 from ulna.program.lowering.javascript import to_javascript
 from ulna.program.lowering.numba import GPU_HEADER, HEADER, PYTHON, TEMPLATES, cache_folder, compiled, literal
 from ulna.program.lowering.numpy import to_numpy
@@ -51,7 +53,10 @@ __all__ = [
     "Terms",
     "at_zero",
     "balls_by_name",
+    "bound",
     "c_header",
+    "c_literal",
+    "c_statements",
     "cache_folder",
     "chained",
     "check_names",
@@ -61,6 +66,7 @@ __all__ = [
     "factored",
     "hoist",
     "in_arithmetic",
+    "is_plain_name",
     "joined",
     "kernel_from_casadi",
     "lie_derivatives",

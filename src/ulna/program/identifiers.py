@@ -11,7 +11,7 @@ _WORDS = """
 abs alignas alignof arguments asm async auto await bool boolean break byte case catch char class complex const
 constexpr continue debugger decltype default delete do double else enum eval exit export extends extern false final
 finally flipped float for from function fused goto i386 if imaginary implements import in inline inputs instanceof int
-interface kernel let linux long main math memcpy namespace native new noreturn np null nullptr one operator outputs
+interface kernel let linux long main math memcpy namespace native new noreturn np null nullptr odd one operator outputs
 package private protected public real register restrict return short signed sizeof static struct super switch
 synchronized template this thread_local throw throws transient true try typedef typename typeof undefined union unix
 unsigned using var virtual void volatile while with yield zero

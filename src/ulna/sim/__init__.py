@@ -7,7 +7,7 @@ from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.ensemble import CODES, Ensemble
 from ulna.sim.event import Event, EventKind
 from ulna.sim.figures import BAND, last_entry, output_figures
-from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated, as_input
+from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated, as_input, input_values
 from ulna.sim.metrics import InputMetrics, Metrics, OutputMetrics, metrics
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Ends, Figures, Paths
@@ -43,6 +43,7 @@ __all__ = [
     "Taylor",
     "Trajectory",
     "as_input",
+    "input_values",
     "last_entry",
     "metrics",
     "output_figures",

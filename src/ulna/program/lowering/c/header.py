@@ -13,8 +13,10 @@ _HEADER = """\
 #include <stdint.h>
 #include <string.h>
 
+#ifdef FLT_EVAL_METHOD
 #if FLT_EVAL_METHOD != 0
 #error "Intermediate results would carry more digits than their type; on x86 compile with -msse2 -mfpmath=sse."
+#endif
 #endif
 #ifdef __FAST_MATH__
 #error "Compile without -ffast-math: every operation must round as it is written."
@@ -22,18 +24,29 @@ _HEADER = """\
 #if defined(__clang__) || !defined(__GNUC__)
 #pragma STDC FP_CONTRACT OFF /* gcc does not know it and wants -ffp-contract=off */
 #endif
+"""
 
-/* The value, its sign changed where the last bit of the other number is set. */
-static inline REAL flipped(REAL value, REAL turns)
+_ODD = """
+/* 1 where the last bit of the number is set, else 0. */
+static inline int32_t odd(REAL turns)
 {
     WHOLE bits;
-    memcpy(&bits, &turns, sizeof bits);
-    return (bits & 1u) ? -value : value;
+    (void)memcpy((void *)&bits, (const void *)&turns, sizeof bits);
+    return ((bits & ONE) != ZERO) ? 1 : 0;
 }
 """
 
 
-def c_header(precision: Precision = Precision.DOUBLE) -> str:
-    """The lines that functions of `to_c` need above them, once a file."""
-    whole = "uint32_t" if precision is Precision.SINGLE else "uint64_t"
-    return _HEADER.replace("REAL", precision.value).replace("WHOLE", whole)
+def c_header(precision: Precision = Precision.DOUBLE, *, flips: bool = True) -> str:
+    """The lines that functions of `to_c` need above them, once a file.
+
+    Args:
+        precision: of the numbers. flips: whether the operation FLIP occurs.
+    """
+    single = precision is Precision.SINGLE
+    words = {"REAL": precision.value, "WHOLE": "uint32_t" if single else "uint64_t"}
+    words |= {"ONE": "UINT32_C(1)", "ZERO": "UINT32_C(0)"} if single else {"ONE": "UINT64_C(1)", "ZERO": "UINT64_C(0)"}
+    text = _HEADER + (_ODD if flips else "")
+    for word, meaning in words.items():
+        text = text.replace(word, meaning)
+    return text

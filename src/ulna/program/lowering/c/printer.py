@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from ulna.program.instructions import Instruction
 from ulna.program.kernel import Kernel
 from ulna.program.lowering.c.templates import templates
 from ulna.program.lowering.statements import Language, checked_function_name
@@ -24,13 +24,7 @@ def to_c(kernel: Kernel, function_name: str, *, precision: Precision = Precision
         FormulaError: a function name that is no identifier.
     """
     real = precision.value
-    language = Language(
-        name="C",
-        templates=templates(precision),
-        literal=lambda each: _literal(each, precision),
-        choice="({0} ? {1} : {2})",
-    )
-    pairs, results = language.statements(kernel, kernel.identifiers)
+    pairs, results = c_statements(kernel, kernel.identifiers, precision=precision)
     used = {k for each in kernel.instructions for k in each.operands} | set(kernel.results)
     lines = [f"void {checked_function_name(function_name)}(const {real} *inputs, {real} *outputs)", "{"]
     lines += [f"    const {real} {name} = inputs[{k}];" for k, name in enumerate(kernel.identifiers) if k in used]
@@ -41,9 +35,26 @@ def to_c(kernel: Kernel, function_name: str, *, precision: Precision = Precision
     return "\n".join([*lines, "}"]) + "\n"
 
 
-def _literal(instruction: Instruction, precision: Precision) -> str:
-    """The shortest decimal number that reads back as the constant rounded to the precision."""
-    value = precision.rounded(instruction.value)
+def c_statements(
+    kernel: Kernel, inputs: Sequence[str], *, precision: Precision
+) -> tuple[list[tuple[str, str]], list[str]]:
+    """Pairs (name, expression) of the constants v0, v1, … in order, and the expressions of the outputs.
+
+    Args:
+        kernel: what to write out. inputs: for each input the text that stands for it. precision: of every number.
+    """
+    language = Language(
+        name="C",
+        templates=templates(precision),
+        literal=lambda each: c_literal(each.value, precision),
+        choice="(({0}) ? {1} : {2})",
+    )
+    return language.statements(kernel, inputs)
+
+
+def c_literal(value: float, precision: Precision) -> str:
+    """The shortest decimal number that reads back as the number rounded to the precision."""
+    value = precision.rounded(value)
     if math.isnan(value):
         return f"(({precision.value})NAN)"
     if math.isinf(value):

@@ -1,0 +1,139 @@
+"""`ulna export`: a loop for other tools and for a processor."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ulna.base import SimulationError
+from ulna.cli.asked_plant import plant_in_file
+from ulna.cli.asked_run import Run, run_of
+from ulna.cli.option_groups import with_groups
+from ulna.cli.options import Arithmetic, AsJson, DesignOptions, HardwareOptions, PlantOptions, RunOptions
+from ulna.cli.terminal import UlnaGroup, print_json, progress
+
+if TYPE_CHECKING:
+    from ulna.base import Verdict
+    from ulna.deploy import Comparison, CProject
+
+app = typer.Typer(cls=UlnaGroup, help="A loop for a processor.", no_args_is_help=True)
+
+
+class _Number(StrEnum):
+    float = "float"
+    double = "double"
+
+
+@app.callback()
+def _export() -> None:
+    """A loop for a processor."""
+
+
+@app.command("c")
+@with_groups
+def export_c(
+    plant: PlantOptions,
+    run: RunOptions,
+    out: Annotated[Path | None, typer.Option(help="Folder to write: new or empty.")] = None,
+    library: Annotated[str, typer.Option(help="Name of the library; that of the plant if left out.")] = "",
+    target: Annotated[str, typer.Option(help="generic, cortex-m0, cortex-m4f or cortex-m7.")] = "generic",
+    number: Annotated[
+        _Number | None,
+        typer.Option("--number", help="Type of every number; left out: what the target computes."),
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Compile it here and compare 100 000 samples with the simulation.")
+    ] = False,
+    verify: Annotated[
+        Path | None, typer.Option(help="Write nothing: say whether this folder belongs to the design.")
+    ] = None,
+    as_json: AsJson = False,
+    *,
+    design: DesignOptions,
+    hardware: HardwareOptions,
+) -> None:
+    """Write the C that runs a controller on a processor, bit for bit as it was simulated.
+
+    The exit status is 1 where the comparison finds a difference, or the folder is of another design.
+    """
+    from ulna.deploy import c_project
+    from ulna.deploy import compare as compare_with
+    from ulna.deploy import verify as verified
+
+    if (out is None) == (verify is None):
+        found = "neither is given." if out is None else "both are given."
+        raise SimulationError("--out and --verify", found, "Give --out FOLDER to write, --verify FOLDER to ask.")
+    if not hardware.sampled:
+        raise SimulationError("ulna export c", "the loop has no period.", "Give --period 1e-3, say.")
+    system = plant_in_file(plant)
+    with progress(f"designing for '{system.name}'"):
+        plain = hardware if hardware.arithmetic else replace(hardware, arithmetic=Arithmetic.plain)
+        asked = run_of(system, plant, run, design, plain, open_references=True)
+    if verify is not None:
+        _tell_verdict(verified(verify, asked.loop), as_json=as_json)
+        return
+    assert out is not None  # noqa: S101 - one of the two is given
+    own = {s.name for s in (*asked.loop.wiring.memory, *asked.loop.wiring.driven)}
+    initial = {each: value for each, value in asked.initial.items() if each in own}
+    with progress("writing"):
+        made = c_project(asked.loop, out, name=library, target=target, precision=number, initial=initial)
+    compared = None
+    if check:
+        with progress("comparing with the simulation"):
+            compared = compare_with(out, asked.loop, initial=asked.initial, inputs=asked.inputs)
+    _tell(made, compared, asked, as_json=as_json)
+    if compared is not None and not compared.equal:
+        raise typer.Exit(1)
+
+
+def _tell(made: CProject, compared: Comparison | None, asked: Run, *, as_json: bool) -> None:
+    shipped = made.firmware
+    if as_json:
+        data: dict[str, Any] = {
+            "folder": str(made.folder),
+            "name": shipped.name,
+            "design": shipped.fingerprint,
+            "target": made.target.name,
+            "number": shipped.precision.value,
+            "operations": shipped.kernel.operation_count,
+            "files": list(made.files),
+        }
+        if compared is not None:
+            data["comparison"] = {
+                "equal": compared.equal,
+                "samples": compared.samples,
+                "against": compared.against,
+                "first_difference": compared.first_difference,
+                "largest": compared.largest,
+            }
+        print_json(data)
+        return
+    typer.echo(f"{made.folder}: {shipped.name}, design {shipped.fingerprint}, for {made.target.text}")
+    typer.echo(
+        f"{shipped.kernel.operation_count} operations on {shipped.precision.value} every {shipped.hardware.period} s, "
+        f"{len(shipped.memory)} numbers of memory"
+    )
+    if compared is not None:
+        typer.echo(str(compared))
+    missing = [s.name for s in asked.loop.references if s.name not in asked.inputs]
+    if missing:
+        typer.echo(f"references to set at each call: {', '.join(missing)}")
+
+
+def _tell_verdict(found: Verdict, *, as_json: bool) -> None:
+    evidence = {name: list(v) if isinstance(v, tuple) else v for name, v in found.evidence.items()}
+    if as_json:
+        print_json({"belongs": found.holds, **evidence})
+    else:
+        typer.echo(found.claim if found.holds else f"NOT: {found.claim}")
+        for what in ("changed", "missing"):
+            if evidence[what]:
+                typer.echo(f"{what} files: {', '.join(evidence[what])}")
+        if evidence["design_now"] != evidence["design"]:
+            typer.echo(f"the design is {evidence['design_now']} now")
+    if not found.holds:
+        raise typer.Exit(1)

@@ -1,0 +1,22 @@
+"""What runs on a chip: the step of a loop as C that computes bit for bit what was simulated."""
+
+from ulna.deploy.comparison import Comparison, compare
+from ulna.deploy.errors import DeployError
+from ulna.deploy.firmware import Firmware, Port, firmware
+from ulna.deploy.project import CProject, c_project
+from ulna.deploy.target import TARGETS, Target
+from ulna.deploy.verification import verify
+
+__all__ = [
+    "TARGETS",
+    "CProject",
+    "Comparison",
+    "DeployError",
+    "Firmware",
+    "Port",
+    "Target",
+    "c_project",
+    "compare",
+    "firmware",
+    "verify",
+]

@@ -1,0 +1,51 @@
+/* Controller of '{{ plant|comment }}'. Written by ulna {{ version }}; do not edit. Design {{ fingerprint }}.
+ * Compile with {{ flags }}.
+ */
+#include "{{ name }}.h"
+
+{{ c_head }}
+const char {{ name }}_design[{{ fingerprint|length + 1 }}] = "{{ fingerprint }}";
+const {{ real }} {{ name }}_period = {{ literal(hardware.period) }};
+{% for port, step in per_count.items() %}
+const {{ real }} {{ name }}_{{ port }}_per_count = {{ literal(step) }};
+{% endfor %}
+{% for port, volts in supply.items() %}
+const {{ real }} {{ name }}_{{ port }}_supply = {{ literal(volts) }};
+{% endfor %}
+
+/* Call it once before the first sample. */
+void {{ name }}_init({{ name }}_memory *memory)
+{
+{% for slot, value in initial %}
+    memory->{{ slot }} = {{ value }};
+{% endfor %}
+{% if not initial %}
+    memory->nothing = {{ literal(0) }};
+{% endif %}
+}
+
+/* Call it once a period, after the sensors were read. */
+void {{ name }}_step({{ name }}_memory *memory, const {{ name }}_input *input, {{ name }}_output *output)
+{
+{% for local, place in locals %}
+    const {{ real }} {{ local }} = {{ place }};
+{% endfor %}
+{% for line in lines %}
+    const {{ real }} {{ line }};
+{% endfor %}
+
+{% for slot, value in new_memory %}
+    memory->{{ slot }} = {{ value }};
+{% endfor %}
+{% for port, value in outputs %}
+    output->{{ port }} = {{ value }};
+{% endfor %}
+    output->fault = 0;
+    if (isnan({{ fault }}) != 0)
+    {
+        output->fault = 1;
+    }
+{% if not inputs %}
+    (void)input;
+{% endif %}
+}

@@ -1,0 +1,222 @@
+"""`Firmware`: the processor's step of a loop with its numbers filled in, as a chip runs it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ulna.deploy.errors import DeployError
+from ulna.deploy.fingerprint import fingerprint
+from ulna.deploy.names import c_name, c_names
+from ulna.loop import Amplifier, Hardware, Loop
+from ulna.program import Fused, Kernel, Plain, Precision, bound, restricted, to_numpy
+from ulna.system import Signal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Port:
+    """A number that goes in or comes out.
+
+    Attributes:
+        slot: of the step. name: in C. signal: what it is.
+    """
+
+    slot: str
+    name: str
+    signal: Signal
+
+
+# No slots: it is compared and shown by identity, and holds the loop it came from.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Firmware:
+    """The step of a loop as a processor runs it.
+
+    Attributes:
+        name: of the library, and how its functions begin. loop: what was designed. precision: of every number.
+        kernel: memory, measured values and references → memory, commands, estimates, fault.
+        memory: slots that one sample hands to the next, with their names in C.
+        initial: the value of each slot before the first sample.
+        inputs: measured values, references, then what measuring amplifiers apply.
+        missed: whether the caller says that a sample was missed.
+        commands, estimates: what comes out.
+        fingerprint: of plant, design and hardware.
+    """
+
+    name: str
+    loop: Loop
+    precision: Precision
+    kernel: Kernel
+    memory: Mapping[str, str]
+    initial: Mapping[str, float]
+    inputs: tuple[Port, ...]
+    missed: bool
+    commands: tuple[Port, ...]
+    estimates: tuple[Port, ...]
+    fingerprint: str
+
+    @property
+    def hardware(self) -> Hardware:
+        """Of the loop; it has a period."""
+        assert self.loop.hardware is not None  # noqa: S101 - `firmware` refuses a loop without
+        return self.loop.hardware
+
+    def run(self, rows: np.ndarray) -> np.ndarray:
+        """(N, outputs) of the step over N samples, in NumPy: the answer the C has to give, to the last bit.
+
+        Args:
+            rows: (N, inputs) SI values in the order of `inputs`; then 1 where the sample is missed, if it can be.
+
+        Returns:
+            Commands, estimates, then the fault (0, or 1 where a number was not finite).
+        """
+        evaluate = to_numpy(self.kernel, precision=self.precision)
+        slots = {name: self.precision.dtype(value) for name, value in self.initial.items()}
+        names = [*(port.slot for port in self.inputs), *(["missed"] if self.missed else [])]
+        wanted = [*(port.slot for port in (*self.commands, *self.estimates)), "fault"]
+        answer = np.zeros((len(rows), len(wanted)), dtype=self.precision.dtype)
+        for k, row in enumerate(np.asarray(rows, dtype=self.precision.dtype)):
+            known = {**slots, **dict(zip(names, row, strict=True))}
+            found = dict(zip(self.kernel.outputs, evaluate(*(known[n] for n in self.kernel.inputs)), strict=True))
+            slots = {name: found[name] for name in slots}
+            answer[k] = [found[name] for name in wanted]
+        answer[:, -1] = np.isnan(answer[:, -1])
+        return answer
+
+
+def firmware(
+    loop: Loop,
+    *,
+    name: str = "",
+    precision: Precision = Precision.DOUBLE,
+    initial: Mapping[str, float] | None = None,
+) -> Firmware:
+    """What ships of a loop.
+
+    Args:
+        loop: with a processor and a value for every parameter of the controller.
+        name: of the library; that of the plant if left out.
+        precision: of every number. In single precision the step is that of `Plain()` or `Fused()` in this precision.
+        initial: SI values by name before the first sample: states of estimator and controller, driven inputs;
+            0 where left out.
+
+    Raises:
+        DeployError: a loop without controller or period, names that clash in C, an unknown name in `initial`.
+        SimulationError: a parameter of the controller without a value.
+    """
+    if loop.controller is None or not loop.sampled:
+        missing = "no controller" if loop.controller is None else "no processor: Hardware(period=...) is missing"
+        raise DeployError(
+            f"firmware of the loop of '{loop.plant.name}'",
+            f"it has {missing}.",
+            "Give Loop(plant=..., controller=..., hardware=Hardware(period=1e-3)).",
+        )
+    assert loop.hardware is not None  # noqa: S101 - it is sampled
+    kind = Fused if loop.hardware.arithmetic.fuses else Plain
+    hardware = replace(loop.hardware, arithmetic=kind(precision=precision))
+    loop = Loop(plant=loop.plant, controller=loop.controller, hardware=hardware)
+    step, wiring = loop.step, loop.wiring
+    commands = tuple(f"h{k}_0" for k in range(len(wiring.driven)))
+    estimates = tuple(f"e{k}" for k in range(len(wiring.estimates)))
+    fixed = {slot: value for slot, value in step.numbers.items() if slot not in ("missed", "begun")}
+    whole = step.kernel
+    # What a measuring amplifier tells takes the place of what the estimator would believe.
+    told = [k for k, drive in enumerate(loop.fit({}).drives) if isinstance(drive, Amplifier) and drive.measured]
+    memory = [slot for slot in whole.inputs if slot in whole.outputs and slot not in {f"believed{k}" for k in told}]
+    wanted = [*commands, *estimates, *(slot for slot in memory if slot not in commands), "fault"]
+    kernel = bound(restricted(whole, wanted), fixed, precision=precision)
+    kernel, memory = _without_idle(kernel, memory)
+    return Firmware(
+        name=_library_name(name or loop.plant.name),
+        loop=loop,
+        precision=precision,
+        kernel=kernel,
+        memory=_memory_names(loop, memory),
+        initial=_initial(loop, memory, initial or {}),
+        inputs=(
+            *_ports("y", wiring.measured, taken=()),
+            *_ports("r", wiring.references, taken=[s.name for s in wiring.measured]),
+            *(port for port in _ports("believed", wiring.driven, taken=()) if int(port.slot[8:]) in told),
+        ),
+        missed="missed" in kernel.inputs,
+        commands=tuple(replace(p, slot=f"{p.slot}_0") for p in _ports("h", wiring.driven, taken=())),
+        estimates=_ports("e", wiring.estimates, taken=[s.name for s in wiring.driven]),
+        fingerprint=fingerprint(loop),
+    )
+
+
+def _without_idle(kernel: Kernel, memory: list[str]) -> tuple[Kernel, list[str]]:
+    """The kernel without memory that nothing reads."""
+    while True:
+        used = {k for each in kernel.instructions for k in each.operands} | set(kernel.results)
+        read = {name for k, name in enumerate(kernel.inputs) if k in used}
+        by_name = dict(zip(kernel.outputs, kernel.results, strict=True))
+        idle = [slot for slot in memory if slot not in read]
+        if not idle:
+            return kernel, memory
+        memory = [slot for slot in memory if slot not in idle]
+        commands = re.compile(r"h\d+_0")
+        kept = [label for label in by_name if label not in idle or commands.fullmatch(label)]
+        kernel = bound(restricted(kernel, kept), dict.fromkeys(idle, 0.0))
+
+
+def _library_name(name: str) -> str:
+    return c_name(name).lower()
+
+
+def _ports(stem: str, signals: tuple[Signal, ...], *, taken: list[str] | tuple[str, ...]) -> tuple[Port, ...]:
+    """The ports of signals in a structure where other names are taken already."""
+    what = {"y": "measured signal", "r": "reference", "h": "command", "e": "estimate", "believed": "input"}[stem]
+    names = c_names([*taken, *(s.name for s in signals)], what=what)[len(taken) :]
+    names = tuple(f"applied_{each}" for each in names) if stem == "believed" else names
+    return tuple(
+        Port(slot=f"{stem}{k}", name=name, signal=signal)
+        for k, (name, signal) in enumerate(zip(names, signals, strict=True))
+    )
+
+
+_SLOT = re.compile(r"([a-z_']+)(\d+)(?:_(\d+))?")
+
+
+def _memory_names(loop: Loop, memory: list[str]) -> dict[str, str]:
+    """Slot → name in C, said in the words of the signals."""
+    wiring = loop.wiring
+    rows: dict[str, tuple[str, tuple[Signal, ...]]] = {
+        "z": ("state", wiring.memory),
+        "kept": ("state_before", wiring.memory),
+        "yn": ("measured", wiring.measured),
+        "believed": ("believed", wiring.driven),
+        "h": ("command", wiring.driven),
+        "r_old": ("reference", wiring.references),
+    }
+    found: dict[str, str] = {}
+    for slot in memory:
+        match = _SLOT.fullmatch(slot)
+        stem, place, age = match.groups() if match else (slot, None, None)
+        if stem in rows and place is not None:
+            head, signals = rows[stem]
+            found[slot] = f"{head}_{c_name(signals[int(place)].name)}" + (f"_{age}" if age else "")
+        else:
+            found[slot] = slot.replace("'", "")
+    return dict(zip(memory, c_names(found.values(), what="slot of memory"), strict=True))
+
+
+def _initial(loop: Loop, memory: list[str], given: Mapping[str, float]) -> dict[str, float]:
+    wiring = loop.wiring
+    names: dict[str, Any] = {s.name: [f"z{k}"] for k, s in enumerate(wiring.memory)}
+    for k, s in enumerate(wiring.driven):
+        names[s.name] = [slot for slot in memory if slot == f"believed{k}" or slot.startswith(f"h{k}_")]
+    unknown = [name for name in given if name not in names]
+    if unknown:
+        raise DeployError(
+            f"initial value of '{unknown[0]}'",
+            "the controller has no state and no command of this name.",
+            f"Known: {', '.join(names)}.",
+        )
+    values = dict.fromkeys(memory, 0.0)
+    for name, value in given.items():
+        values |= {slot: float(value) for slot in names[name] if slot in values}
+    return values

@@ -1,0 +1,125 @@
+"""`c_project`: a folder of C that computes what was simulated."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+
+from ulna.deploy.c import c_files
+from ulna.deploy.errors import DeployError
+from ulna.deploy.firmware import Firmware, firmware
+from ulna.deploy.rehearsal import rehearsal
+from ulna.deploy.target import TARGETS, Target
+from ulna.loop import Loop
+from ulna.program import Precision
+
+VECTORS = 200
+"""Samples of a run that the self-test holds."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CProject:
+    """A folder of C.
+
+    Attributes:
+        folder: where it lies. firmware: what it computes. target: what it was written for.
+        files: paths in the folder.
+    """
+
+    folder: Path
+    firmware: Firmware
+    target: Target
+    files: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        made = self.firmware
+        return (
+            f"CProject '{made.name}' in {self.folder}: {made.kernel.operation_count} operations on "
+            f"{made.precision.value} every {made.hardware.period} s, design {made.fingerprint}"
+        )
+
+
+def c_project(
+    loop: Loop,
+    folder: str | os.PathLike[str],
+    *,
+    name: str = "",
+    target: str | Target = "generic",
+    precision: Precision | str | None = None,
+    initial: Mapping[str, float] | None = None,
+) -> CProject:
+    """Write the processor's step of a loop as a C99 library with a self-test; the folder appears whole or not at all.
+
+    Args:
+        loop: with `Hardware(period=...)`; `arithmetic=Plain()` gives the same bits on every processor.
+        folder: to be made; an empty one is taken.
+        name: of the library; that of the plant if left out.
+        target: one of `TARGETS`, or its name.
+        precision: "float" or "double"; what the target computes in hardware if left out.
+        initial: SI values of the controller's states and of the driven inputs before the first sample, by name.
+
+    Returns:
+        The folder and what it computes.
+
+    Raises:
+        DeployError: a loop without controller or processor, a target that is not known, a folder that is not empty or
+            cannot be written, names that clash in C.
+    """
+    aim = _target(target)
+    kind = aim.precision if precision is None else Precision(precision)
+    place = Path(folder)
+    _check_free(place)
+    made = firmware(loop, name=name, precision=kind, initial=initial)
+    rows = rehearsal(made, VECTORS)
+    texts = c_files(made, aim, (rows, made.run(rows)))
+    _write(place, texts)
+    return CProject(folder=place, firmware=made, target=aim, files=tuple(texts))
+
+
+def _target(asked: str | Target) -> Target:
+    if isinstance(asked, Target):
+        return asked
+    if asked not in TARGETS:
+        close = get_close_matches(asked, TARGETS, n=1)
+        hint = f"Did you mean '{close[0]}'? " if close else ""
+        raise DeployError(f"target '{asked}'", "it is not known.", f"{hint}Known: {', '.join(TARGETS)}.")
+    return TARGETS[asked]
+
+
+def _check_free(place: Path) -> None:
+    if place.is_dir():
+        if any(place.iterdir()):
+            raise DeployError(f"the folder '{place}'", "it is not empty.", "Name a new folder, or empty this one.")
+    elif place.exists():
+        raise DeployError(f"the folder '{place}'", "there is a file of this name.", "Name a new folder.")
+
+
+def _write(place: Path, texts: Mapping[str, str]) -> None:
+    """All files, in a folder beside the final one that takes its place at the end."""
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        work = Path(tempfile.mkdtemp(dir=place.parent, prefix=f".{place.name}."))
+    except OSError as error:
+        raise DeployError(f"the folder '{place}'", f"it cannot be written ({error.strerror}).") from None
+    try:
+        for path, text in texts.items():
+            target = work / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(text, encoding="utf-8")
+        work.chmod(0o777 & ~_umask())
+        work.replace(place)
+    except OSError as error:
+        raise DeployError(f"the folder '{place}'", f"it cannot be written ({error.strerror}).") from None
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,109 @@
+"""`rehearsal`: what a chip would measure, from a short run of its loop in plain Python; no compiler is needed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ulna.deploy.errors import DeployError
+from ulna.deploy.firmware import Firmware
+from ulna.loop import Loop, Program, Repeat, applied
+from ulna.program import Kernel, to_python
+from ulna.system import given_point
+
+PUSH = 0.1
+"""SI, by which every state of the plant begins away from its operating point, and the size of references."""
+EDGES = (0.3, -3.0, 30.0, -300.0, math.nan, math.inf, -math.inf, 1e30, 0.0, -0.0)
+"""Values of all inputs, each at one of the last samples: commands reach their limits, numbers stop being finite."""
+
+
+def rehearsal(made: Firmware, samples: int) -> np.ndarray:
+    """(N, inputs) measured values and references of a run that begins off its operating point.
+
+    The last samples are not from the run: values far off, not finite, huge or zero, one after the other, with a
+    good sample between them, so that limits, faults and what comes after them are rehearsed, too.
+    """
+    run = _Run(made.loop)
+    rows = []
+    for k in range(samples):
+        references = {f"r{j}": PUSH * math.sin(2.0 + j + 12.0 * k / samples) for j in range(len(made.loop.references))}
+        measured = run.sample(references)
+        if not all(map(math.isfinite, measured.values())):
+            break
+        known = {**references, **measured}
+        rows.append([known[port.slot] for port in made.inputs] + ([float(k % 7 == 3)] if made.missed else []))
+    last: list[float] = rows[-1] if rows else [0.0] * (len(made.inputs) + made.missed)
+    for edge in EDGES:
+        rows += [[edge] * len(made.inputs) + last[len(made.inputs) :], last]
+    return np.array(rows)
+
+
+class _Run:
+    """Slots of a loop, and the kernels that work on them."""
+
+    def __init__(self, loop: Loop) -> None:
+        fitted, flow, step = loop.fit({}), loop.flow, loop.step
+        missing = [p.name for p in loop.plant.parameters if p.si_value is None]
+        if missing:
+            raise DeployError(
+                f"the self-test of '{loop.plant.name}'",
+                f"parameters without a value: {', '.join(missing)}.",
+                "Use plant.with_values(), or give the values in its file.",
+            )
+        self.numbers: Mapping[str, float] = {**step.numbers, **flow.numbers}
+        self.slots: dict[str, float] = {}
+        constants = {f"p{k}": float(p.si_value or 0) for k, p in enumerate(loop.plant.parameters)}
+        self.slots |= {f"plant_{name}": value for name, value in constants.items()}
+        found = _evaluated(flow.constants, constants)
+        self.slots |= {f"plant_{name}": value for name, value in found.items()} | found
+        point = given_point(loop.plant).numbers
+        self.slots |= {f"believed{k}": 0.0 for k in range(len(loop.wiring.driven))}
+        self.slots |= {f"x{k}": float(point[s.name]) + PUSH for k, s in enumerate(loop.plant.states)}
+        self.outputs = _compiled((flow.outputs,))
+        self.measured = len(loop.wiring.measured)
+        self.work = _compiled((*step.stages, applied(fitted)))
+        self.motion = _compiled(_flat(flow.motion, self.numbers))
+        self.period, self.count = fitted.period, 0
+
+    def sample(self, references: Mapping[str, float]) -> dict[str, float]:
+        """Measured values at the next sample; the plant then moves on to the one after it."""
+        self.slots |= {**references} | {"time": self.count * self.period, "span": self.period}
+        self._run(self.outputs)
+        measured = {f"y{k}": self.slots[f"y{k}"] for k in range(self.measured)}
+        measured |= {slot: value for slot, value in self.slots.items() if slot.startswith("believed")}
+        try:
+            self._run(self.work)
+            self._run(self.motion)
+        except (OverflowError, ValueError):
+            self.slots["x0"] = math.nan
+        self.count += 1
+        return measured
+
+    def _run(self, kernels: list[tuple[Kernel, Any]]) -> None:
+        for kernel, evaluate in kernels:
+            known = {**self.numbers, **self.slots}
+            found = evaluate(*(known.get(name, 0.0) for name in kernel.inputs))
+            self.slots |= dict(zip(kernel.outputs, found, strict=True))
+
+
+def _evaluated(kernel: Kernel, known: Mapping[str, float]) -> dict[str, float]:
+    return dict(zip(kernel.outputs, to_python(kernel)(*(known[name] for name in kernel.inputs)), strict=True))
+
+
+def _compiled(kernels: tuple[Kernel, ...] | list[Kernel]) -> list[tuple[Kernel, Any]]:
+    made = {id(each): to_python(each) for each in kernels}
+    return [(each, made[id(each)]) for each in kernels]
+
+
+def _flat(program: Program, numbers: Mapping[str, float]) -> list[Kernel]:
+    found: list[Kernel] = []
+    for each in program:
+        if isinstance(each, Repeat):
+            times = int(numbers[each.times]) if isinstance(each.times, str) else each.times
+            found += _flat(each.body, numbers) * times
+        else:
+            found.append(each)
+    return found

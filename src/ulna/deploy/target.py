@@ -1,0 +1,60 @@
+"""`Target`: the processor that C is written for. The text is the same for all; precision and flags are not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from ulna.program import Precision
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Target:
+    """A processor.
+
+    Attributes:
+        name: as on the command line. text: what it is.
+        precision: of the numbers that its floating-point unit computes, chosen unless the user says otherwise.
+        compiler: that builds for it. flags: that choose it.
+    """
+
+    name: str
+    text: str
+    precision: Precision
+    compiler: str
+    flags: tuple[str, ...] = ()
+
+
+_ARM = ("-mthumb",)
+
+TARGETS: Mapping[str, Target] = MappingProxyType(
+    {
+        each.name: each
+        for each in (
+            Target(name="generic", text="any processor with C99", precision=Precision.DOUBLE, compiler="cc"),
+            Target(
+                name="cortex-m0",
+                text="Arm Cortex-M0, without a floating-point unit: every operation is a call",
+                precision=Precision.SINGLE,
+                compiler="arm-none-eabi-gcc",
+                flags=("-mcpu=cortex-m0", *_ARM, "-mfloat-abi=soft"),
+            ),
+            Target(
+                name="cortex-m4f",
+                text="Arm Cortex-M4F, floating-point unit of single precision",
+                precision=Precision.SINGLE,
+                compiler="arm-none-eabi-gcc",
+                flags=("-mcpu=cortex-m4", *_ARM, "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"),
+            ),
+            Target(
+                name="cortex-m7",
+                text="Arm Cortex-M7, floating-point unit of double precision",
+                precision=Precision.DOUBLE,
+                compiler="arm-none-eabi-gcc",
+                flags=("-mcpu=cortex-m7", *_ARM, "-mfloat-abi=hard", "-mfpu=fpv5-d16"),
+            ),
+        )
+    }
+)
+"""Targets by name."""

@@ -1,0 +1,75 @@
+"""Generated C before the field's own judges; each also sees C that it must complain about."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from firmware_loops import CATALOGUE, arm_loops, catalogue_loop
+
+from ulna.deploy import c_project
+from ulna.loop import Loop
+
+CPPCHECK, TIDY = shutil.which("cppcheck"), shutil.which("clang-tidy")
+CHECKS = "-*,bugprone-*,cert-*,clang-analyzer-*,portability-*"
+
+
+def _cppcheck(source: Path) -> str:
+    """All findings, those of the MISRA rules among them."""
+    command = [str(CPPCHECK), "-q", "--std=c99", "--enable=warning,style,performance,portability", "--addon=misra"]
+    done = subprocess.run(
+        [*command, "--suppress=missingIncludeSystem", str(source)], capture_output=True, text=True, check=False
+    )
+    return done.stdout + done.stderr
+
+
+def _tidy(source: Path) -> str:
+    command = [str(TIDY), "--quiet", f"--checks={CHECKS}", "--warnings-as-errors=*", str(source), "--", "-std=c99"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    return "" if done.returncode == 0 else done.stdout
+
+
+def _source(loop: Loop, folder: Path, precision: str) -> Path:
+    made = c_project(loop, folder, precision=precision)
+    return folder / f"{made.firmware.name}.c"
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folder = tmp_path_factory.mktemp("judged")
+    # The addon for the MISRA rules takes a second and more for each file.
+    loops = [arm_loops()["integral"], *(catalogue_loop(name) for name in CATALOGUE)]
+    return [_source(loop, folder / f"{k}", "float" if k % 2 else "double") for k, loop in enumerate(loops)]
+
+
+@pytest.mark.skipif(CPPCHECK is None, reason="there is no cppcheck")
+def test_cppcheck_with_the_misra_rules_finds_nothing(sources: list[Path]) -> None:
+    assert {source.name: found for source in sources if (found := _cppcheck(source))} == {}
+
+
+@pytest.mark.skipif(TIDY is None, reason="there is no clang-tidy")
+def test_clang_tidy_finds_nothing(sources: list[Path]) -> None:
+    assert {source.name: found for source in sources if (found := _tidy(source))} == {}
+
+
+@pytest.mark.skipif(CPPCHECK is None, reason="there is no cppcheck")
+def test_cppcheck_complains_where_it_must(sources: list[Path], tmp_path: Path) -> None:
+    text = sources[0].read_text()
+    header = sources[0].with_suffix(".h")
+    shutil.copy(header, tmp_path)
+    wrong = tmp_path / sources[0].name
+    wrong.write_text(text.replace("    output->fault = 0;\n", "    output->fault = 0 || 1 && 0;\n", 1))
+    assert "misra-c2012-12.1" in _cppcheck(wrong)
+    wrong.write_text(text.replace("    output->fault = 0;\n", "    int a[2]; output->fault = a[2];\n", 1))
+    assert "arrayIndexOutOfBounds" in _cppcheck(wrong)
+
+
+@pytest.mark.skipif(TIDY is None, reason="there is no clang-tidy")
+def test_clang_tidy_complains_where_it_must(sources: list[Path], tmp_path: Path) -> None:
+    shutil.copy(sources[0].with_suffix(".h"), tmp_path)
+    wrong = tmp_path / sources[0].name
+    divided = "    int zero = 0;\n    output->fault = 1 / zero;\n"
+    wrong.write_text(sources[0].read_text().replace("    output->fault = 0;\n", divided, 1))
+    assert "DivideZero" in _tidy(wrong)
