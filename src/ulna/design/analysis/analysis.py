@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
-from time import thread_time
 
 from ulna.base import UlnaError
 from ulna.design.analysis.answer import Answer, not_applicable
 from ulna.design.analysis.formula_answers import GROUPS, law_of_outputs, outputs_answered
 from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact import PATIENCE, attempt
+from ulna.symbolic.exact import attempt, patience, worked
 from ulna.system import Equilibrium, System, control_affine, equilibrium, given_point, system_kernel
 
 SECONDS = 8.0
@@ -78,9 +77,9 @@ def analyse(system: PlantLike, *, seconds: float = SECONDS) -> Analysis:
         return Analysis(system=system, point=given_point(system), answers=_large(system, keys, seconds))
     control_affine(system)
     answers: dict[str, Answer] = {}
-    end = thread_time() + TOTAL * seconds * PATIENCE
+    end = worked() + TOTAL * seconds * patience()
     for group_keys, group in GROUPS.items():
-        left = max(min(seconds, end - thread_time()), 0.5)
+        left = max(min(seconds, end - worked()), 0.5)
         answers |= _answered(group_keys, group, system, left)
     late = tuple(key for key in keys if answers[key].verdict.evidence.get("ran_out"))
     if late:

@@ -5,13 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from time import thread_time
 
 import sympy as sp
 
 from ulna.base import Verdict, all_of
 from ulna.geometry import lie_derivative
-from ulna.symbolic.exact import PATIENCE, SampledZero, attempt, generic_rank, is_zero, null_space, tidy
+from ulna.symbolic.exact import (
+    SampledZero,
+    attempt,
+    generic_rank,
+    is_zero,
+    null_space,
+    patience,
+    tidy,
+    worked,
+)
 from ulna.symbolic.integration import (
     antiderivative,
     antiderivative_by_rules,
@@ -108,7 +116,7 @@ def _plain(lift: Mapping[sp.Symbol, sp.Expr]) -> bool:
 def _lifts(view: ControlAffine, y: Sequence[sp.Symbol]) -> Iterator[Mapping[sp.Symbol, sp.Expr]]:
     point = equilibrium(view.system).states
     found = 0
-    end = thread_time() + _LIFT_SECONDS * PATIENCE
+    end = worked() + _LIFT_SECONDS * patience()
     for pivots in _pivot_sets(view):
         free = [x for x in view.x if x not in pivots]
         for number in range(-1, len(_FREE_VALUES)):
@@ -116,11 +124,11 @@ def _lifts(view: ControlAffine, y: Sequence[sp.Symbol]) -> Iterator[Mapping[sp.S
                 fixed = {x: point[x] for x in free}
             else:
                 fixed = {x: _FREE_VALUES[(number + k) % len(_FREE_VALUES)] for k, x in enumerate(free)}
-            lift = _solved(view, y, pivots, fixed, point, min(_SOLVE_SECONDS, end - thread_time()))
+            lift = _solved(view, y, pivots, fixed, point, min(_SOLVE_SECONDS, end - worked()))
             if lift is not None:
                 yield lift
                 found += 1
-            if found >= _SECTIONS or thread_time() > end:
+            if found >= _SECTIONS or worked() > end:
                 return
 
 

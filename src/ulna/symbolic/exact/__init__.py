@@ -4,8 +4,9 @@ Other packages import from here. Each question has one verb and, where there are
 `is_zero(test=SampledZero())`, `null_space`, `generic_rank` and `rank_at`, `tidy`, `attempt`.
 """
 
+from ulna.symbolic.exact.attempts import Attempt, attempt
 from ulna.symbolic.exact.ball import exact_ball
-from ulna.symbolic.exact.budget import PATIENCE, Attempt, attempt, time_budget
+from ulna.symbolic.exact.budget import patience, set_patience, time_budget, worked
 from ulna.symbolic.exact.linear import LinearSolution, inverse, inverse_last_column, inverse_last_row, solve_linear
 from ulna.symbolic.exact.quotients import compact, lowest_terms, normal
 from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at, rank_of_balls, rank_of_numbers
@@ -15,7 +16,6 @@ from ulna.symbolic.exact.spans import in_span, null_space, reduced_against, with
 from ulna.symbolic.exact.zero import ResidueZero, SampledZero, ZeroTest, are_zero, is_zero, vanishes
 
 __all__ = [
-    "PATIENCE",
     "SEED",
     "Attempt",
     "LinearSolution",
@@ -38,16 +38,19 @@ __all__ = [
     "minor_determinant",
     "normal",
     "null_space",
+    "patience",
     "random_points",
     "rank_at",
     "rank_of_balls",
     "rank_of_numbers",
     "reduced_against",
+    "set_patience",
     "shortened",
     "solve_linear",
     "tidy",
     "time_budget",
     "vanishes",
     "without_common_factor",
+    "worked",
     "zero_set",
 ]

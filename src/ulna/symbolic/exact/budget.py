@@ -16,12 +16,9 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from types import FrameType, TracebackType
-from typing import Generic, ParamSpec, Self, TypeVar
-
-from ulna.base import UlnaError
+from typing import Self
 
 _REPEAT = 0.02
 """s between two interruptions of one budget: the first can be lost or put off (see `_would_be_lost`)."""
@@ -31,9 +28,6 @@ _OWN_DEPTH = 3
 
 _SHORTEST = 1e-3
 """s: a timer is never armed for less, so that it cannot fire before the block is entered."""
-
-Arguments = ParamSpec("Arguments")
-Result = TypeVar("Result")
 
 
 class BudgetExceeded(BaseException):
@@ -45,12 +39,47 @@ class _Stack(threading.local):
 
     def __init__(self) -> None:
         self.open: list[time_budget] = []
+        self.charged = [0.0]
+        """s of CPU time that other processes worked for this thread; a list, which other threads can read."""
 
 
 _stack = _Stack()
+_patience = [float(os.environ.get("ULNA_PATIENCE", "1"))]
 
-PATIENCE = float(os.environ.get("ULNA_PATIENCE", "1"))
-"""Every time budget is multiplied by this: machines differ."""
+
+def patience() -> float:
+    """The factor of every time budget: machines differ, and so do people. `ULNA_PATIENCE`, 1 where it is not set."""
+    return _patience[0]
+
+
+def set_patience(times: float) -> None:
+    """Let every time budget from now on be this many times as long."""
+    _patience[0] = times
+
+
+def worked() -> float:
+    """s of CPU time of this thread, and of other processes for it."""
+    return time.thread_time() + _stack.charged[0]
+
+
+def time_left() -> float:
+    """s of CPU time until the first open budget of this thread is spent; infinity without one."""
+    return min((one.left for one in _stack.open), default=math.inf)
+
+
+def charge(seconds: float) -> None:
+    """Count CPU time that another process worked for this thread."""
+    _stack.charged[0] += seconds
+
+
+def spend() -> None:
+    """Leave the block of the tightest open budget: another process has worked until its end."""
+    tightest = min(_stack.open, key=lambda one: one.left, default=None)
+    if tightest is None:
+        raise TimeoutError("no answer in the time that a question without a budget may take")
+    for one in _stack.open:
+        one.spent = one.spent or one is tightest or one.left <= 0.0
+    raise BudgetExceeded
 
 
 class time_budget:  # noqa: N801 - read as a verb: `with time_budget(0.5) as budget:`
@@ -73,20 +102,24 @@ class time_budget:  # noqa: N801 - read as a verb: `with time_budget(0.5) as bud
     """
 
     def __init__(self, seconds: float) -> None:
-        self.seconds = float(seconds) * PATIENCE
+        self.seconds = float(seconds) * patience()
         self.deadline = math.inf
         self.spent = False
         self.ran_out = False
         self._clock = _thread_clock(threading.get_ident())
+        self._charged = _stack.charged
         self._watcher: _Watcher | None = None
 
     @property
     def left(self) -> float:
         """s of CPU time until the time is spent."""
-        return self.deadline - self._clock()
+        return self.deadline - self._now()
+
+    def _now(self) -> float:
+        return self._clock() + self._charged[0]
 
     def __enter__(self) -> Self:
-        self.deadline = self._clock() + self.seconds
+        self.deadline = self._now() + self.seconds
         _stack.open.append(self)
         if math.isinf(self.deadline):
             return self
@@ -226,63 +259,3 @@ class _Watcher(threading.Thread):
         self._stopped.set()
         with self._lock:
             ctypes.pythonapi.PyThreadState_SetAsyncExc(self._target_thread, None)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Attempt(Generic[Result]):
-    """What a bounded computation gave.
-
-    `value` is None unless it came to its end; `ran_out` says that the time was spent; `reason` is an empty text
-    or one line on what went wrong.
-    """
-
-    value: Result | None
-    ran_out: bool
-    reason: str
-
-    @property
-    def succeeded(self) -> bool:
-        """True if the computation came to its end."""
-        return not self.reason
-
-
-def attempt(
-    seconds: float,
-    what: str,
-    function: Callable[Arguments, Result],
-    /,
-    *arguments: Arguments.args,
-    **keywords: Arguments.kwargs,
-) -> Attempt[Result]:
-    """The value of `function(*arguments, **keywords)`, or why there is none after at most `seconds`.
-
-    Computer algebra fails in many ways (NotImplementedError, ValueError, RecursionError, ...): each becomes a
-    reason. Mistakes of the user (`UlnaError`), KeyboardInterrupt and an outer budget that is spent pass through.
-
-    Args:
-        seconds: s of CPU time.
-        what: what is tried, in words, for the reason (`"solve for x1"`).
-        function: called with the remaining arguments.
-    """
-    return attempt_expecting((Exception,), seconds, what, function, *arguments, **keywords)
-
-
-def attempt_expecting(
-    failures: tuple[type[Exception], ...],
-    seconds: float,
-    what: str,
-    function: Callable[Arguments, Result],
-    /,
-    *arguments: Arguments.args,
-    **keywords: Arguments.kwargs,
-) -> Attempt[Result]:
-    """As `attempt`, but only these failures become a reason: for our own code, whose mistakes must not be hidden."""
-    try:
-        with time_budget(seconds):
-            value = function(*arguments, **keywords)
-            return Attempt(value=value, ran_out=False, reason="")
-    except UlnaError:
-        raise
-    except failures as error:
-        return Attempt(value=None, ran_out=False, reason=f"{what}: {type(error).__name__}: {error}")
-    return Attempt(value=None, ran_out=True, reason=f"{what}: no answer within {seconds:g} s")

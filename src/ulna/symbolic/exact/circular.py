@@ -6,14 +6,11 @@ from collections.abc import Callable, Sequence
 
 import sympy as sp
 
-from ulna.symbolic.exact.field import Element, NotEmbeddableError
+from ulna.symbolic.exact.field import Element
 from ulna.symbolic.exact.generators import Generators, polynomial_key
 from ulna.symbolic.exact.positive import rational_power
 
 _HALF = sp.Rational(1, 2)
-
-_MULTIPLES = 60
-"""Greatest multiple of an angle that is expanded."""
 
 
 def exponential(made: Generators, argument: Element) -> Element:
@@ -25,15 +22,23 @@ def exponential(made: Generators, argument: Element) -> Element:
         if generator in made.logarithm:
             power = rational_power(made, made.logarithm[generator], number)
         else:
-            times, unit = made.multiple(number, key)
-            if key not in made.exponential:
-                new = ring.generator(sp.exp(key / unit))
-                made.exponential[key] = ring.element(new)
-                made.exponent[new] = ring.multiply(monomial, made.rational(1, unit))
-                made.positive[polynomial_key(ring.variables[new])] = None
-            power = ring.power(made.exponential[key], times)
+            power = made.one
+            for times, scale in made.scales.multiples(number, key):
+                power = ring.multiply(power, ring.power(_letter(made, scale, key, monomial), times))
         result = ring.multiply(result, power)
     return result
+
+
+def _letter(made: Generators, scale: sp.Rational, key: sp.Expr, monomial: Element) -> Element:
+    """The generator exp(scale * key)."""
+    exponent = scale * key
+    if exponent not in made.exponential:
+        ring = made.ring
+        new = ring.generator(sp.exp(exponent))
+        made.exponential[exponent] = ring.element(new)
+        made.exponent[new] = ring.multiply(monomial, ring.rational(scale))
+        made.positive[polynomial_key(ring.variables[new])] = None
+    return made.exponential[exponent]
 
 
 def sine_cosine(made: Generators, argument: Element) -> tuple[Element, Element]:
@@ -63,15 +68,25 @@ def _of_part(made: Generators, number: sp.Rational, key: sp.Expr, monomial: Elem
         values = sp.sin(number * sp.pi), sp.cos(number * sp.pi)
         if not any(value.has(sp.sin, sp.cos) for value in values) and _fits_roots(made, values):
             return made.translate(values[0]), made.translate(values[1])
-    times, unit = made.multiple(number, key)
     generator = made.number_of(monomial)
-    if unit == 1 and generator in made.inverse_circular:
-        return _times(made, made.inverse_circular[generator](), times)
-    if key not in made.circular:
-        c, s = ring.generator(sp.cos(key / unit)), ring.generator(sp.sin(key / unit))
+    inverse = None if generator is None else made.inverse_circular.get(generator)
+    if inverse is not None:
+        made.scales.note(sp.S.One, key)
+    sum_of_angles = (ring.none, ring.one), made.one
+    for times, scale in made.scales.multiples(number, key):
+        unit = inverse() if inverse is not None and scale == 1 else _unit(made, scale * key)
+        sum_of_angles = _added(made, sum_of_angles, _times(made, unit, times))
+    return sum_of_angles
+
+
+def _unit(made: Generators, angle: sp.Expr) -> tuple[Element, Element]:
+    """The generators sin(angle) and cos(angle)."""
+    if angle not in made.circular:
+        ring = made.ring
+        c, s = ring.generator(sp.cos(angle)), ring.generator(sp.sin(angle))
         ring.relate(s, 2, ring.one - ring.variables[c] ** 2)
-        made.circular[key] = ring.element(s), ring.element(c)
-    return _times(made, made.circular[key], times)
+        made.circular[angle] = ring.element(s), ring.element(c)
+    return made.circular[angle]
 
 
 def _fits_roots(made: Generators, values: Sequence[sp.Expr]) -> bool:
@@ -81,8 +96,6 @@ def _fits_roots(made: Generators, values: Sequence[sp.Expr]) -> bool:
 
 def _times(made: Generators, unit: tuple[Element, Element], times: int) -> tuple[Element, Element]:
     """Sine and cosine of a multiple of the angle."""
-    if abs(times) > _MULTIPLES:
-        raise NotEmbeddableError(f"an angle is {times} times another one")
     ring = made.ring
     angle = (ring.none, ring.one), made.one
     for _ in range(abs(times)):

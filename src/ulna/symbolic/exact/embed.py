@@ -12,8 +12,8 @@ from typing import ParamSpec, TypeVar
 
 import sympy as sp
 
+from ulna.symbolic.exact.attempts import Attempt, attempt_expecting
 from ulna.symbolic.exact.ball import is_leaf
-from ulna.symbolic.exact.budget import Attempt, attempt_expecting
 from ulna.symbolic.exact.circular import (
     arccosine,
     arcsine,
@@ -24,8 +24,9 @@ from ulna.symbolic.exact.circular import (
     sine_cosine,
 )
 from ulna.symbolic.exact.field import Element, ExactAlgebraError, Field, NoRoomError, NotEmbeddableError
-from ulna.symbolic.exact.generators import FinerAngleError, Generators
+from ulna.symbolic.exact.generators import Generators
 from ulna.symbolic.exact.positive import logarithm, modulus, rational_power, sign
+from ulna.symbolic.exact.scales import OtherLettersError, Scales
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -41,14 +42,14 @@ def embed(expressions: Sequence[sp.Expr]) -> tuple[Field, list[Element]]:
     Raises:
         ExactAlgebraError: NotEmbeddableError, TooLargeError or VanishingDenominatorError.
     """
-    units: dict[sp.Expr, int] = {}
+    scales = Scales()
     room = 16
     while True:
-        embedding = _Embedding(room=room, units=units, root_order=_root_order(expressions))
+        embedding = _Embedding(room=room, scales=scales, root_order=_root_order(expressions))
         try:
             embedding.prepare(expressions)
             return embedding.made.ring, [embedding.element(one) for one in expressions]
-        except FinerAngleError:
+        except OtherLettersError:
             continue
         except NoRoomError as error:
             room *= 2
@@ -84,8 +85,8 @@ def _root_order(expressions: Sequence[sp.Expr]) -> int:
 class _Embedding:
     """The translation of SymPy nodes to elements of one field."""
 
-    def __init__(self, *, room: int, units: dict[sp.Expr, int], root_order: int) -> None:
-        self.made = Generators(room=room, units=units, root_order=root_order, translate=self.element)
+    def __init__(self, *, room: int, scales: Scales, root_order: int) -> None:
+        self.made = Generators(room=room, scales=scales, root_order=root_order, translate=self.element)
         self._memory: dict[sp.Basic, Element] = {}
 
     def prepare(self, expressions: Sequence[sp.Expr]) -> None:

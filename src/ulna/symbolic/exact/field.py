@@ -14,6 +14,8 @@ from typing import TypeAlias
 import sympy as sp
 from flint import Ordering, fmpz, fmpz_mpoly, fmpz_mpoly_ctx
 
+from ulna.symbolic.exact.helper import HelperMemoryError, NoHelperError, apart
+
 Polynomial: TypeAlias = fmpz_mpoly
 Element: TypeAlias = tuple[Polynomial, Polynomial]
 """Numerator and denominator."""
@@ -21,11 +23,29 @@ Element: TypeAlias = tuple[Polynomial, Polynomial]
 _PRODUCT_LIMIT = 2_000_000
 """Term pairs of one product: about 0.2 s. Compiled code is not interruptible, so size is bounded beforehand."""
 
+_MANY_PAIRS = 20_000
+"""Term pairs from which the length of the coefficients counts as well."""
+
+_HEAVY_PRODUCT = 20_000_000
+"""Pairs of terms times pairs of words of their coefficients."""
+
 _GCD_LIMIT = 3_000
 """Terms of both polynomials up to which a common divisor is looked for."""
 
+_HEAVY_GCD = 20_000
+"""Terms times words up to which that is so: 0.1 s."""
+
 _FACTOR_LIMIT = 4_000
-"""Terms up to which a polynomial is factored: about 1 s."""
+"""Terms up to which a polynomial is factored."""
+
+_FACTOR_HERE = 500
+"""Terms times words up to which a polynomial is factored in this process: 0.1 s. Above, the helper does it."""
+
+_GREATEST_DEGREE = 3_000
+"""Total degree of a product: FLINT ends the process where a dense form of high degree finds no memory."""
+
+_DEGREE_HERE = 300
+"""Total degree up to which divisors are looked for, and half of it that up to which factors are found here."""
 
 
 class ExactAlgebraError(Exception):
@@ -65,7 +85,7 @@ class Field:
     """
 
     def __init__(self, room: int) -> None:
-        self.context = fmpz_mpoly_ctx.get([f"t{number}" for number in range(room)], Ordering.degrevlex)
+        self.context = _context(room)
         self.room = room
         self.variables = self.context.gens()
         self.meaning: list[sp.Expr] = []
@@ -151,9 +171,22 @@ class Field:
 
     def times(self, first: Polynomial, second: Polynomial) -> Polynomial:
         """The product of two polynomials, unless it would be too large."""
-        if len(first) * len(second) > _PRODUCT_LIMIT:
+        pairs = len(first) * len(second)
+        if pairs > _PRODUCT_LIMIT or (pairs > _MANY_PAIRS and weight(first) * weight(second) > _HEAVY_PRODUCT):
+            raise TooLargeError
+        if pairs and first.total_degree() + second.total_degree() > _GREATEST_DEGREE:
             raise TooLargeError
         return first * second
+
+    def divisor(self, first: Polynomial, second: Polynomial) -> Polynomial:
+        """The greatest common divisor; 1 where the two are too large to look for it."""
+        if first.is_zero() or second.is_zero():
+            return first.gcd(second)
+        if first.is_one() or second.is_one() or len(first) + len(second) > _GCD_LIMIT:
+            return self.one
+        if first.total_degree() + second.total_degree() > _DEGREE_HERE or weight(first) + weight(second) > _HEAVY_GCD:
+            return self.one
+        return first.gcd(second)
 
     def make(self, numerator: Polynomial, denominator: Polynomial) -> Element:
         """The fraction reduced by the relations and in lowest terms.
@@ -183,7 +216,7 @@ class Field:
             return polynomials
         divisor = self.none
         for one in sorted(polynomials, key=len):
-            divisor = divisor.gcd(one)
+            divisor = self.divisor(divisor, one)
             if divisor.is_one():
                 return polynomials
         return polynomials if divisor.is_zero() else [one // divisor for one in polynomials]
@@ -192,9 +225,7 @@ class Field:
         """The sum."""
         if first[1] == second[1]:
             return self.make(first[0] + second[0], first[1])
-        shared = self.one
-        if len(first[1]) + len(second[1]) <= _GCD_LIMIT:
-            shared = first[1].gcd(second[1])
+        shared = self.divisor(first[1], second[1])
         left, right = first[1] // shared, second[1] // shared
         numerator = self.times(first[0], right) + self.times(second[0], left)
         return self.make(numerator, self.times(first[1], right))
@@ -219,6 +250,8 @@ class Field:
         """An integer power."""
         if exponent < 0:
             return self.power(self.inverse(element), -exponent)
+        if exponent * max(one.total_degree() for one in element) > _GREATEST_DEGREE:
+            raise TooLargeError
         result: Element = (self.one, self.one)
         square = element
         while exponent:
@@ -253,12 +286,18 @@ class Field:
         """The integer content and the irreducible factors with their exponents.
 
         Raises:
-            TooLargeError: above the size where it could take seconds.
+            TooLargeError: above the size where it could take minutes, or where memory ran out.
         """
         if len(polynomial) > _FACTOR_LIMIT:
             raise TooLargeError
-        content, factors = polynomial.factor()
-        return int(content), [(factor, int(exponent)) for factor, exponent in factors]
+        if weight(polynomial) <= _FACTOR_HERE and polynomial.total_degree() <= _DEGREE_HERE // 2:
+            content, factors = polynomial.factor()
+            return int(content), [(factor, int(exponent)) for factor, exponent in factors]
+        try:
+            number, found = apart(_factors_of_terms, self.room, _terms(polynomial))
+        except (NoHelperError, HelperMemoryError) as error:
+            raise TooLargeError from error
+        return number, [(self.context.from_dict(terms), exponent) for terms, exponent in found]
 
     def polynomial(self, polynomial: Polynomial) -> sp.Expr:
         """The polynomial as a SymPy expression."""
@@ -267,6 +306,28 @@ class Field:
             factors = [self.meaning[k] ** power for k, power in enumerate(exponents) if power]
             terms.append(sp.Mul(sp.Integer(int(coefficient)), *factors))
         return sp.Add(*terms)
+
+
+Terms: TypeAlias = dict[tuple[int, ...], int]
+
+
+def weight(polynomial: Polynomial) -> int:
+    """Terms times words of the longest coefficient."""
+    return len(polynomial) * (1 + max((int(c).bit_length() for c in polynomial.coeffs()), default=0) // 64)
+
+
+def _terms(polynomial: Polynomial) -> Terms:
+    return {tuple(map(int, exponents)): int(number) for exponents, number in polynomial.to_dict().items()}
+
+
+def _context(room: int) -> fmpz_mpoly_ctx:
+    return fmpz_mpoly_ctx.get([f"t{number}" for number in range(room)], Ordering.degrevlex)
+
+
+def _factors_of_terms(room: int, terms: Terms) -> tuple[int, list[tuple[Terms, int]]]:
+    """`Field.factors` for another process."""
+    content, factors = _context(room).from_dict(terms).factor()
+    return int(content), [(_terms(factor), int(exponent)) for factor, exponent in factors]
 
 
 def pairwise_apart(elements: list[Element]) -> list[tuple[Element, Element]]:

@@ -9,12 +9,9 @@ from typing import TypeAlias
 import sympy as sp
 
 from ulna.symbolic.exact.field import Element, Field, Polynomial
+from ulna.symbolic.exact.scales import Scales
 
 PolynomialKey: TypeAlias = frozenset[tuple[tuple[int, ...], int]]
-
-
-class FinerAngleError(Exception):
-    """An angle or exponent came up that is no integer multiple of the unit chosen before."""
 
 
 class Generators:
@@ -22,25 +19,23 @@ class Generators:
 
     Args:
         room: the greatest number of generators.
-        units: canonical angle or exponent -> denominator of its unit; kept between attempts.
+        scales: which multiples of an angle or exponent get letters; kept between attempts.
         root_order: the order of which all root generators are.
         translate: brings a SymPy expression into the field.
     """
 
-    def __init__(
-        self, *, room: int, units: dict[sp.Expr, int], root_order: int, translate: Callable[[sp.Basic], Element]
-    ) -> None:
+    def __init__(self, *, room: int, scales: Scales, root_order: int, translate: Callable[[sp.Basic], Element]) -> None:
         self.ring = Field(room)
         self.one: Element = (self.ring.one, self.ring.one)
-        self.units = units
+        self.scales = scales
         self.root_order = root_order
         self.translate = translate
         self.named: dict[sp.Basic, Element] = {}
         """Symbols, constants, functions without relations, logarithms, inverse functions."""
         self.circular: dict[sp.Expr, tuple[Element, Element]] = {}
-        """Angle -> sine and cosine of its unit part."""
+        """Angle -> the letters of its sine and cosine."""
         self.exponential: dict[sp.Expr, Element] = {}
-        """Exponent -> exponential of its unit part."""
+        """Exponent -> the letter of its exponential."""
         self.exponent: dict[int, Element] = {}
         """Generator of an exponential -> its exponent."""
         self.logarithm: dict[int, Element] = {}
@@ -80,18 +75,6 @@ class Generators:
             number = sp.Rational(int(coefficient), content)
             parts.append((number, ring.expression(monomial), monomial))
         return parts
-
-    def multiple(self, number: sp.Rational, key: sp.Expr) -> tuple[int, int]:
-        """(n, D) with number = n / D, where 1/D is the unit chosen for this key.
-
-        Raises:
-            FinerAngleError: if a finer unit is needed; it is noted in `units` for the next attempt.
-        """
-        unit = self.units.setdefault(key, int(number.q))
-        if unit % int(number.q):
-            self.units[key] = math.lcm(unit, int(number.q))
-            raise FinerAngleError
-        return int(number.p) * (unit // int(number.q)), unit
 
     def ratio(self, above: Element, below: Element) -> Element:
         """The quotient of two elements."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base import Status, Verdict
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.embed import attempt_exactly
 from ulna.symbolic.exact.field import Element, Field
 from ulna.symbolic.exact.minors import polynomial_rows, relation_with

@@ -33,11 +33,11 @@ def polynomial_rows(matrix: sp.MatrixBase) -> PolynomialRows:
         entries = elements[i * matrix.cols : (i + 1) * matrix.cols]
         denominator = ring.one
         for entry in entries:
-            denominator = ring.times(denominator, entry[1] // denominator.gcd(entry[1]))
+            denominator = ring.times(denominator, entry[1] // ring.divisor(denominator, entry[1]))
         cleared = [ring.reduced(ring.times(n, denominator // d)) for n, d in entries]
         common = ring.none
         for polynomial in cleared:
-            common = common.gcd(polynomial)
+            common = ring.divisor(common, polynomial)
         if common.is_zero():
             common = ring.one
         rows.append(tuple(polynomial // common for polynomial in cleared))

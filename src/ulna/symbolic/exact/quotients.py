@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from sympy import Abs, Expr, cancel, preorder_traversal, sign, together
 
 from ulna.symbolic.exact.angles import with_plain_angles
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.embed import attempt_exactly, embed
 
 _SECONDS_PER_ENTRY = 0.5

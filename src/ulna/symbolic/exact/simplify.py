@@ -12,7 +12,7 @@ from sympy.simplify.fu import TR2i
 
 from ulna.base import Status
 from ulna.symbolic.exact.angles import over_relative_angles
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.embed import attempt_exactly
 from ulna.symbolic.exact.quotients import lowest_terms
 from ulna.symbolic.exact.zero import SampledZero

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sympy import Dummy, Expr, Mul, Symbol, cancel, cos, cot, csc, sec, sin, tan
 
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.integration.potential import antiderivative, potential_in_span
 
 

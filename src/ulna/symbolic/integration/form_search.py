@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from sympy import Expr, Symbol
 
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.quotients import normal
 from ulna.symbolic.exact.spans import without_common_factor
 from ulna.symbolic.exact.zero import vanishes

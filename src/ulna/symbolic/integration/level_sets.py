@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from sympy import Dummy, Expr, Symbol, solve
 
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.zero import vanishes
 
 _SECONDS = 1.0

@@ -11,7 +11,7 @@ from sympy import Dummy, Eq, Expr, Function, Integer, S, Symbol, fraction, solve
 from sympy import exp as exponential_of
 from sympy.solvers.ode import classify_ode, dsolve
 
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.letters import irreducible_factors, letters, words
 from ulna.symbolic.exact.quotients import normal
 from ulna.symbolic.exact.relations import constant_relations

@@ -25,7 +25,7 @@ from sympy import (
 )
 from sympy.integrals.manualintegrate import manualintegrate
 
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.letters import irreducible_factors, letters, words
 from ulna.symbolic.formulas.parse import is_elementary
 from ulna.symbolic.integration.ansatz import LinearEquations, Span, solutions

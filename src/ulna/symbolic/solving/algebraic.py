@@ -11,8 +11,8 @@ from functools import reduce
 
 import sympy as sp
 
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.ball import tape
-from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.simplify import shortened
 from ulna.symbolic.solving.isolate import Base, Isolated, number_at, outer_layers, root
 

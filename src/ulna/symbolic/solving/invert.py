@@ -10,8 +10,8 @@ from itertools import chain, islice
 import sympy as sp
 
 from ulna.base import Verdict
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.ball import leaves_of
-from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.embed import attempt_exactly
 from ulna.symbolic.exact.linear import solve_linear
 from ulna.symbolic.exact.rank import generic_rank

@@ -11,8 +11,8 @@ from flint import arb
 from sympy.simplify.fu import TR2i
 
 from ulna.base import Status
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.ball import tape
-from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.quotients import lowest_terms
 from ulna.symbolic.exact.zero import SampledZero
 

@@ -9,8 +9,8 @@ import sympy as sp
 from flint import arb
 
 from ulna.base import Verdict
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.ball import tape
-from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.zero import SampledZero, is_zero
 
 _FACTOR_SECONDS = 0.3

@@ -9,8 +9,8 @@ import flint
 import sympy as sp
 
 from ulna.base import Verdict
+from ulna.symbolic.exact.attempts import attempt
 from ulna.symbolic.exact.ball import exact_ball
-from ulna.symbolic.exact.budget import attempt
 from ulna.symbolic.exact.zero import is_zero
 
 _PRECISIONS = (64, 256, 1024)

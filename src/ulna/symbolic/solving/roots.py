@@ -10,7 +10,7 @@ import mpmath
 import sympy as sp
 
 from ulna.base import Verdict
-from ulna.symbolic.exact.budget import attempt
+from ulna.symbolic.exact.attempts import attempt
 
 _SMALLEST_PIECE = 1e-9
 _MAX_PIECES = 20_000
