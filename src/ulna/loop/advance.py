@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from ulna.loop.discretisation import Euler, ExactHold, RungeKutta4
@@ -33,28 +34,28 @@ def advance(loop: Fitted) -> Kernel:
     w = Assembly("advance")
     missed = w.input("missed") if loop.hardware.missed else None
     measured = w.inputs("y", len(loop.wiring.measured))
-    fault = not_finite(measured) if loop.hardware.guard and measured else None
+    good = finite(measured) if loop.hardware.guard and measured else None
     outputs: dict[str, Scalar] = {}
     older, newer = w.inputs("yn", len(measured)), []
     for k, before in enumerate(older):
         value = _quantised(loop, w, k, measured[k])
         # A value that is not finite is as good as none.
-        value = value if fault is None else fault.equals(0.0).where(value, before)
+        value = value if good is None else good.where(value, before)
         newer.append(value if missed is None else missed.where(before, value))
         outputs[f"yn{k}"] = newer[k]
-    if loop.wiring.memory:
-        fault = _advanced(loop, w, (older, newer), (missed, fault), outputs)
     outputs["begun"] = w.constant(1.0)
-    outputs["fault"] = w.constant(0.0) if fault is None else fault
+    outputs["fault"] = w.constant(0.0) if good is None else good.where(0.0, math.nan)
+    if loop.wiring.memory:
+        _advanced(loop, w, (older, newer), (missed, good), outputs)
     return w.finished(outputs)
 
 
-def not_finite(values: Sequence[Scalar]) -> Scalar:
-    """0 where their sum is finite, else NaN: so is the difference of an infinity or a NaN with itself."""
-    total = values[0]
-    for value in values[1:]:
-        total = total + value
-    return total - total
+def finite(values: Sequence[Scalar], largest: float = math.inf) -> Scalar:
+    """Whether their sum is below a size: a NaN fails the comparison. What waits for it waits for no more than that."""
+    total = list(values)
+    while len(total) > 1:
+        total = [*(a + b for a, b in zip(total[::2], total[1::2], strict=False)), *total[len(total) & ~1 :]]
+    return abs(total[0]).less(largest)
 
 
 def _quantised(loop: Fitted, w: Assembly, k: int, value: Scalar) -> Scalar:
@@ -82,16 +83,14 @@ def _advanced(
     samples: Pair,
     skips: tuple[Scalar | None, Scalar | None],
     outputs: dict[str, Scalar],
-) -> Scalar | None:
+) -> None:
     """The memory advanced to this sample; at the first one, and where it would not be finite, it stays.
 
     Args:
-        skips: whether the sample is missed, and the fault of the measured values. outputs: gets the memory.
-
-    Returns:
-        The fault.
+        skips: whether the sample is missed, and whether the measured values are good.
+        outputs: gets the memory, and whether it is good, too.
     """
-    missed, fault = skips
+    missed, good = skips
     count = len(loop.wiring.references)
     z, references = w.inputs("z", len(loop.wiring.memory)), (w.inputs("r_old", count), w.inputs("r", count))
     match loop.hardware.discretisation:
@@ -103,18 +102,16 @@ def _advanced(
             advanced = _runge_kutta(w, row, z, references, steps)
         case ExactHold(interpolate=interpolate):
             advanced = _exact(loop, w, z, samples, references, outputs, interpolate=interpolate)
-    moves = begun = w.input("begun")
+    moves, begun = None if missed is None else missed.negated(), w.input("begun")
     if loop.hardware.guard:
-        own = begun.where(not_finite(advanced), 0.0)
-        fault = own if fault is None else fault + own
-        moves = moves.both(fault.equals(0.0))
-    if missed is not None:
-        moves = moves.both(missed.negated())
+        good = finite(advanced) if good is None else good.both(finite(advanced))
+        moves = good if moves is None else moves.both(good)
+        outputs["fault"] = begun.where(good.where(0.0, math.nan), outputs["fault"])
     for k, value in enumerate(advanced):
-        outputs[f"z{k}"] = moves.where(value, z[k])
+        # Outermost what is the same for all runs: a compiler makes two loops of it.
+        outputs[f"z{k}"] = begun.where(value if moves is None else moves.where(value, z[k]), z[k])
         if k in loop.frozen:
             outputs[f"kept{k}"] = z[k]
-    return fault
 
 
 class _Row:

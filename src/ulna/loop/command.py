@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ulna.loop.advance import not_finite, roles, row_of
+from ulna.loop.advance import finite, roles, row_of
 from ulna.loop.fitted import Fitted
 from ulna.program import Assembly, Kernel, Scalar
 
@@ -20,12 +20,11 @@ def command(loop: Fitted) -> Kernel:
     estimates = w.call(loop.written(row_of(wiring.controller.main, "e")), roles(z=z, y=y, u=u, r=r))
     outputs |= estimates
     missed = w.input("missed") if loop.hardware.missed else None
-    fault = w.input("fault")
+    good = _good(loop, w, computed)
     for k, value in enumerate(computed):
-        command, fault = _guarded(loop, w, k, value, missed, fault)
-        outputs[f"c{k}"] = command
+        outputs[f"c{k}"] = command = _guarded(loop, w, k, value, (missed, good))
         outputs |= _delayed(loop, w, k, _limited(loop, w, k, command))
-    outputs["fault"] = fault
+    outputs["fault"] = w.input("fault") if good is None else good.where(0.0, math.nan)
     outputs |= {f"r_old{k}": value for k, value in enumerate(r)}
     return w.finished(outputs)
 
@@ -58,19 +57,23 @@ def _excess(loop: Fitted, w: Assembly, commands: Sequence[Scalar]) -> Scalar:
     return w.constant(0.0) if total is None else total
 
 
-def _guarded(
-    loop: Fitted, w: Assembly, k: int, computed: Scalar, missed: Scalar | None, fault: Scalar
-) -> tuple[Scalar, Scalar]:
-    """(command, fault): a sample that is missed, or has a number that is not finite, holds the last command."""
-    guard, held = loop.hardware.guard, w.input(f"h{k}_0")
-    value = computed
-    if guard is not None:
-        fault = fault + not_finite([computed])
-        if guard.largest < math.inf:
-            fault = fault + abs(computed).less(guard.largest).where(0.0, math.nan)
-        replaced = held if guard.output is None else w.constant(guard.output)
-        value = fault.equals(0.0).where(computed, replaced)
-    return value if missed is None else missed.where(held, value), fault
+def _good(loop: Fitted, w: Assembly, commands: Sequence[Scalar]) -> Scalar | None:
+    """Whether every number of the sample is finite, and no command too large; None without a guard."""
+    guard = loop.hardware.guard
+    if guard is None:
+        return None
+    good = w.input("fault").equals(0.0)
+    for value in commands:
+        good = good.both(finite([value], guard.largest))
+    return good
+
+
+def _guarded(loop: Fitted, w: Assembly, k: int, value: Scalar, skips: tuple[Scalar | None, Scalar | None]) -> Scalar:
+    """The command; a sample that is missed, or not good, holds the last one. skips: both."""
+    (missed, good), guard, held = skips, loop.hardware.guard, w.input(f"h{k}_0")
+    if guard is not None and good is not None:
+        value = good.where(value, held if guard.output is None else w.constant(guard.output))
+    return value if missed is None else missed.where(held, value)
 
 
 def _limited(loop: Fitted, w: Assembly, k: int, value: Scalar) -> Scalar:

@@ -12,7 +12,7 @@ from ulna.loop.advance import roles, row_of
 from ulna.loop.applied import bridges
 from ulna.loop.drive import Pwm
 from ulna.loop.fitted import Fitted
-from ulna.loop.pulses import Pulses, pulses, shifted
+from ulna.loop.pulses import CARRIERS, STEPS, pulses, shifted
 from ulna.loop.runge_kutta import combined, mean, moved
 from ulna.loop.wiring import TIME, Wiring, numbered
 from ulna.program import HOISTED, Assembly, Hoisted, Kernel, Scalar, hoist
@@ -21,9 +21,9 @@ from ulna.symbolic.compiling import kernel
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Repeat:
-    """A body that runs so many times: a number, or the name of one of the flow's `numbers`."""
+    """A body that runs so many times, by the name of one of the flow's `numbers`."""
 
-    times: int | str
+    times: str
     body: tuple[Kernel | Repeat, ...]
 
 
@@ -72,10 +72,6 @@ class Flow:
     numbers: Mapping[str, float]
 
 
-STEPS = "steps"
-"""Name of the number of Runge-Kutta steps: loops that differ in it alone are one program."""
-
-
 def flow(loop: Fitted, steps: Steps, formulas: Mapping[str, sp.Expr], *, ramps: bool = True) -> Flow:
     """The flow of a loop with a processor.
 
@@ -93,7 +89,7 @@ def flow(loop: Fitted, steps: Steps, formulas: Mapping[str, sp.Expr], *, ramps: 
         constants=loop.written(plant.before),
         outputs=loop.finished(_outputs(loop, plant.main)),
         motion=_finished(loop, whole.motion()),
-        numbers={**loop.numbers, STEPS: float(steps.number)},
+        numbers={**loop.numbers, STEPS: float(steps.number), **whole.counts()},
     )
 
 
@@ -185,23 +181,30 @@ class _Plant:
     def _pulsed(self, phases: Sequence[str]) -> Program:
         """Carrier periods cut at the ends of their pulses; the bridge takes a new command at the start of one."""
         loop = self.loop
-        carriers, rippled = _carriers(loop)
+        rippled = _carriers(loop)[1]
         count = sum(bridge is not None for bridge in bridges(loop)) + 1
         driven = range(len(loop.wiring.driven))
         stretches = [(f"part{i}", [f"pulse{i}_{k}" for k in driven]) for i in range(count)]
-        edges = [0, round(loop.fraction * carriers), carriers] if loop.split else [0, carriers]
         program: list[Kernel | Repeat] = []
-        for first, last, inputs in zip(edges[:-1], edges[1:], phases, strict=True):
-            cut = pulses(loop, inputs, Pulses(carriers=carriers, periods=last - first, steps=self.steps.number))
-            program.append(cut)
+        for inputs in phases:
+            periods = f"periods_{inputs}"
+            program.append(pulses(loop, inputs, periods))
             if rippled:
                 program.append(shifted(loop, self.rates, stretches, back=False))
-                program.append(Repeat(times=self.steps.number, body=(self._step("late_length", stretches),)))
+                program.append(Repeat(times=STEPS, body=(self._step("late_length", stretches),)))
                 program.append(shifted(loop, self.rates, stretches, back=True))
             else:
                 steps = self._steps([(f"part{i}", inputs) for i, (_, inputs) in enumerate(stretches)])
-                program.append(Repeat(times=last - first, body=steps))
+                program.append(Repeat(times=periods, body=steps))
         return tuple(program)
+
+    def counts(self) -> dict[str, float]:
+        """Carrier periods in a sampling period, and those before and after the delay's part of it."""
+        if not any(bridges(self.loop)):
+            return {}
+        carriers = _carriers(self.loop)[0]
+        early = round(self.loop.fraction * carriers) if self.loop.split else 0
+        return {CARRIERS: float(carriers), "periods_ua": float(early), "periods_ub": float(carriers - early)}
 
     def _step(self, length: str, fields: Sequence[tuple[str | None, Sequence[str]]]) -> Kernel:
         """One Runge-Kutta step with the input held, or with the mean over parts of a carrier period, then the walls."""

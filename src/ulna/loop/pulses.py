@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from ulna.loop.applied import bridges, pulse
 from ulna.loop.fitted import Fitted
@@ -16,17 +15,18 @@ Rates = Callable[[Assembly, Sequence[Scalar], Scalar, Sequence[str]], list[Scala
 """x' of (assembly, x, time, slots of the inputs)."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Pulses:
-    """How many carrier periods a sampling period has, how many follow each other with one duty, steps of each."""
-
-    carriers: int
-    periods: int
-    steps: int
+STEPS = "steps"
+"""Name of the number of Runge-Kutta steps: loops that differ in it alone are one program."""
+CARRIERS = "carriers"
+"""Name of the number of carrier periods in a sampling period, likewise."""
 
 
-def pulses(loop: Fitted, inputs: str, counts: Pulses) -> Kernel:
+def pulses(loop: Fitted, inputs: str, periods: str) -> Kernel:
     """Parts of a carrier's period between the ends of pulses, their lengths, and every input over each of them.
+
+    Args:
+        loop: hardware and wiring. inputs: slots of what is asked of the bridges.
+        periods: the number that tells how many carrier periods follow each other with one duty.
 
     Slots: `part<i>` of the period, `part<i>_length` s of a step in it, `pulse<i>_<k>` input k over it; `late_length`
     s of a step over all periods and `carrier` s of one, for averages.
@@ -35,8 +35,8 @@ def pulses(loop: Fitted, inputs: str, counts: Pulses) -> Kernel:
     given = w.inputs(inputs, len(loop.wiring.driven))
     cut = {k: pulse(w, k, given[k]) for k, bridge in enumerate(bridges(loop)) if bridge is not None}
     ends = _sorted([part for _, part in cut.values()])
-    span, outputs = w.input("span"), {}
-    length = span / (float(counts.carriers) * float(counts.steps))
+    span, carriers, steps, outputs = w.input("span"), w.input(CARRIERS), w.input(STEPS), {}
+    length = span / (carriers * steps)
     for i, (begin, end) in enumerate(zip([0.0, *ends], [*ends, w.constant(1.0)], strict=True)):
         part = end - begin
         outputs |= {f"part{i}": part, f"part{i}_length": length * part}
@@ -45,9 +45,9 @@ def pulses(loop: Fitted, inputs: str, counts: Pulses) -> Kernel:
                 height, share = cut[k]
                 value = share.at_least(end).where(height, 0.0)  # noqa: PLW2901 - the input over this part
             outputs[f"pulse{i}_{k}"] = value
-    carrier = span / float(counts.carriers)
-    outputs["late_length"] = carrier * float(counts.periods) / float(counts.steps)
-    outputs["carrier"] = carrier if counts.periods else w.constant(0.0)
+    carrier, count = span / carriers, w.input(periods)
+    outputs["late_length"] = carrier * count / steps
+    outputs["carrier"] = count.more(0.0).where(carrier, 0.0)
     return w.finished(outputs)
 
 

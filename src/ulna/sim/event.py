@@ -46,6 +46,6 @@ def switched(
     times: np.ndarray, active: np.ndarray, signal: str, entered: EventKind, left: EventKind
 ) -> Iterator[Event]:
     """The events of a condition that is true or false at each sample. times, active: (N,)."""
-    changes = np.flatnonzero(active[1:] != active[:-1]) + 1
+    changes = (active[1:] != active[:-1]).nonzero()[0] + 1
     for k in [*([0] if active[0] else []), *changes.tolist()]:
         yield Event(time=float(times[k]), kind=entered if active[k] else left, signal=signal)

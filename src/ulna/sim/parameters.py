@@ -5,17 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import numpy as np
+
 from ulna.base import SimulationError
 from ulna.sim.cache import IdentityCache
 from ulna.symbolic.compiling import rounded
 from ulna.system import System
 
-_DEFAULTS = IdentityCache(64)
+_DEFAULTS, _ROWS = IdentityCache(64), IdentityCache(64)
 
 
 def default_values(system: System) -> dict[str, float | None]:
     """The SI value of each parameter, None where it has none; remembered by the identity of the system."""
     return dict(_DEFAULTS.get(system, None, lambda: _rounded_values(system)))
+
+
+def default_row(system: System) -> np.ndarray | None:
+    """(1, p) the SI values in the system's order, to be read only; None where a parameter has none."""
+    return _ROWS.get(system, None, lambda: _row(default_values(system)))
+
+
+def _row(values: Mapping[str, float | None]) -> np.ndarray | None:
+    known = [value for value in values.values() if value is not None]
+    return np.array([known]) if len(known) == len(values) else None
 
 
 def _rounded_values(system: System) -> dict[str, float | None]:

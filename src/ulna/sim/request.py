@@ -12,7 +12,7 @@ import numpy as np
 from ulna.base import SimulationError
 from ulna.loop import Loop
 from ulna.sim.inputs import Constant, Input, as_input
-from ulna.sim.parameters import default_values
+from ulna.sim.parameters import default_row, default_values
 from ulna.sim.starts import Request, Starts
 from ulna.system import Signal, System
 
@@ -34,6 +34,8 @@ def count_of(
         lengths |= {f"initial '{name}'": len(value) for name, value in initial.items() if np.ndim(value)}
     elif np.ndim(initial) == 2:
         lengths["initial"] = len(initial)
+    elif not (parameters or inputs or targets) and isinstance(seed, int):
+        return None
     for what, table in (("parameter", parameters), ("input", inputs), ("target", targets)):
         for name, value in (table or {}).items():
             if isinstance(value, np.ndarray | list | tuple):
@@ -116,9 +118,7 @@ def request(
     count = runs or 1
     sampled = loop is not None and loop.sampled
     states, memory = _states(system, loop if sampled else None, _known_states(system, loop, initial), count)
-    signals = (*system.inputs, *(loop.references if sampled and loop is not None else ()))
-    own = {} if not sampled else {f"{s.name}_noise" for s in loop.wiring.measured}  # type: ignore[union-attr]
-    shared, each = _split(system.name, signals, inputs or {}, runs, own, times)
+    shared, each = _split(system, loop if sampled else None, inputs or {}, runs, times)
     plant, controller = _parameters(system, loop if sampled else None, parameters or {}, count)
     return Request(
         system=system,
@@ -185,23 +185,27 @@ def _check_state_names(system: System, given: Mapping[str, Any], names: list[str
 
 def _states(system: System, loop: Loop | None, given: Any, count: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """(N, n) states of the system, and what the controller of a sampled loop begins with by name."""
-    names = [s.name for s in system.states]
+    size = len(system.states)
     if isinstance(given, Mapping):
+        names = [s.name for s in system.states]
         further: list[str] = [] if loop is None else _memory_names(loop)
         _check_state_names(system, given, names, further)
         rows = np.stack([per_run(f"initial '{n}'", given[n], count) for n in names], axis=1) if names else None
         memory = {n: per_run(f"initial '{n}'", v, count) for n, v in given.items() if n not in names}
         return np.zeros((count, 0)) if rows is None else rows, memory
     try:
-        rows = np.array(np.broadcast_to(np.asarray(given, dtype=float), (count, len(names))), order="C")
+        rows = np.array(given, dtype=float, order="C", ndmin=2)
+        if rows.shape != (count, size):
+            rows = np.array(np.broadcast_to(rows, (count, size)), order="C")
     except (TypeError, ValueError):
-        wanted = f"({len(names)},)" if count == 1 else f"({count}, {len(names)}) or ({len(names)},)"
+        wanted = f"({size},)" if count == 1 else f"({count}, {size}) or ({size},)"
         raise SimulationError(
             f"initial state of '{system.name}'",
             f"it has shape {np.shape(given)} instead of {wanted}.",
-            f"Give one number for each state: {', '.join(names)}.",
+            f"Give one number for each state: {', '.join(s.name for s in system.states)}.",
         ) from None
-    if not np.isfinite(rows).all():
+    # The sum first: it is cheap, and finite but for a state that is not, or a sum too large.
+    if not math.isfinite(rows.sum()) and not np.isfinite(rows).all():
         raise SimulationError(f"initial state of '{system.name}'", "a value is not a finite number.")
     return rows, {}
 
@@ -220,7 +224,9 @@ def per_run(what: str, value: Any, count: int) -> np.ndarray:
         SimulationError: neither a number nor N of them, or not finite.
     """
     try:
-        row = np.broadcast_to(np.asarray(value, dtype=float), (count,))
+        row = np.array(value, dtype=float, ndmin=1)
+        if row.shape != (count,):
+            row = np.broadcast_to(row, (count,))
     except (TypeError, ValueError):
         raise SimulationError(what, f"{value!r} is neither a number nor {count} of them.") from None
     if not np.isfinite(row).all():
@@ -249,17 +255,15 @@ def _check_inputs(system: str, given: Mapping[str, Any], names: Sequence[str]) -
 
 
 def _split(
-    system: str,
-    signals: Sequence[Signal],
-    given: Mapping[str, Any],
-    runs: int | None,
-    noises: Any,
-    times: np.ndarray,
+    system: System, loop: Loop | None, given: Mapping[str, Any], runs: int | None, times: np.ndarray
 ) -> tuple[dict[str, Input], dict[str, np.ndarray]]:
     """(inputs that all runs share or that have samples for each run, constants of each run)."""
-    names = [s.name for s in signals]
+    if not given:
+        return {}, {}
+    names = [s.name for s in (*system.inputs, *(() if loop is None else loop.references))]
+    noises = set() if loop is None else {f"{s.name}_noise" for s in loop.wiring.measured}
     unknown = [name for name in given if name not in noises]
-    _check_inputs(system, dict.fromkeys(unknown), names)
+    _check_inputs(system.name, dict.fromkeys(unknown), names)
     shared: dict[str, Input] = {}
     own: dict[str, np.ndarray] = {}
     for name, value in given.items():
@@ -275,6 +279,9 @@ def _parameters(
     system: System, loop: Loop | None, given: Mapping[str, Any], count: int
 ) -> tuple[np.ndarray, dict[str, float]]:
     """(N, p) of the system in its order, and numbers for the controller of a sampled loop."""
+    row = default_row(system)
+    if row is not None and not given:
+        return row.repeat(count, axis=0), {}
     values = default_values(system)
     controller = {} if loop is None else {name for name, _ in loop.wiring.parameters if name not in values}
     unknown = [name for name in given if name not in values and name not in controller]
@@ -291,7 +298,7 @@ def _parameters(
             f"parameters without a value: {', '.join(missing)}.",
             f"Give them: parameters={{'{missing[0]}': ...}}.",
         )
-    table = np.zeros((count, len(values)))
+    table = np.empty((count, len(values)))
     for column, (name, value) in enumerate(values.items()):
         table[:, column] = per_run(f"parameter '{name}' of '{system.name}'", given.get(name, value), count)
     found = {}
@@ -306,6 +313,8 @@ def _parameters(
 
 
 def _targets(system: System, given: Mapping[str, Any], count: int) -> np.ndarray:
+    if not given:
+        return np.zeros((count, len(system.outputs)))
     names = [signal.name for signal in system.outputs]
     unknown = [name for name in given if name not in names]
     if unknown:
@@ -322,7 +331,7 @@ def _seeds(given: Any, count: int) -> np.ndarray:
     if np.ndim(given) == 0:
         if not isinstance(given, int | np.integer) or not (0 <= given < 2**64):
             raise SimulationError(f"seed={given}", "a seed is a whole number of 64 bits.")
-        return np.uint64(given) + np.arange(count, dtype=np.uint64)
+        return np.arange(given, given + count, dtype=np.uint64)
     seeds = np.asarray(given)
     if seeds.shape != (count,) or seeds.dtype.kind not in "iu" or (seeds.dtype.kind == "i" and (seeds < 0).any()):
         raise SimulationError("seed of many runs", f"they are not {count} whole numbers from 0 on.")

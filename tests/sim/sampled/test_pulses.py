@@ -10,7 +10,7 @@ import pytest
 from sampled_loops import run_loop
 from scipy.linalg import expm
 
-from ulna.loop import Jitter, Pwm, Quantiser
+from ulna.loop import Flow, Hardware, Jitter, Loop, Pwm, Quantiser, Steps
 from ulna.system import System, system_from_mapping
 
 
@@ -142,3 +142,15 @@ def test_pulses_have_the_same_bits_alone_and_among_others(kind: str) -> None:
     for k in (0, 21, 42):
         one = run_loop(NONLINEAR, initial[k], 1.0, dict(settings, seed=k))
         assert np.array_equal(one.final_state, many.final_state[k])
+
+
+@pytest.mark.parametrize("kind", ["switched", "ripple"])
+def test_loops_that_differ_in_carriers_and_steps_alone_are_one_program(kind: str) -> None:
+    def flow(frequency: float, number: int, delay: float = 0.005) -> Flow:
+        chip = Hardware(drive=_bridged(kind, frequency)["drive"], period=0.02, delay=delay)
+        return Loop(plant=NONLINEAR, controller=FEEDBACK, hardware=chip).flow_by(Steps(number=number))
+
+    slow, fast = flow(400.0, 1), flow(1600.0, 3)
+    assert slow.motion == fast.motion
+    assert (slow.numbers["carriers"], fast.numbers["carriers"]) == (8.0, 32.0)
+    assert slow.motion != flow(400.0, 1, delay=0.0).motion

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ulna.loop import Fitted, Flow, Program, Repeat, Step, applied
 from ulna.program import Assembly, Kernel, Scalar, chained, restricted
@@ -27,6 +27,16 @@ class Draw:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Columns:
+    """Columns `begin` to `end` of what a run begins with: slots `<stem><first>`, and those that follow."""
+
+    stem: str
+    first: int
+    begin: int
+    end: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Blocks:
     """A sampled loop as blocks; within a block every run of a group is worked on before the next block begins.
 
@@ -41,7 +51,7 @@ class Blocks:
         draws: slots of random numbers. streams: of a sample.
         numbers: SI values of names that hold for all runs and samples.
         tables: names that are the same for all runs at a sample. paths: slots read from samples of each run's own.
-        columns: names of what each run begins with.
+        columns: what each run begins with.
     """
 
     begin: Kernel
@@ -54,7 +64,7 @@ class Blocks:
     numbers: Mapping[str, float]
     tables: tuple[str, ...]
     paths: tuple[str, ...]
-    columns: tuple[str, ...]
+    columns: tuple[Columns, ...]
     jittered: bool
     states: int
 
@@ -89,10 +99,22 @@ def blocks(
         | {f"std{name.removeprefix('noise')}": 1.0 for name in paths if name.startswith("noise")},
         tables=_tables(len(wiring.references), disturbances, ramps=ramps),
         paths=paths,
-        columns=tuple(name.removeprefix(TABLE) for name in first.inputs if name.startswith(TABLE)),
+        columns=_columns(tuple(name for name in first.inputs if name.startswith(TABLE))),
         jittered=loop.hardware.jitter is not None,
         states=states,
     )
+
+
+def _columns(names: tuple[str, ...]) -> tuple[Columns, ...]:
+    found: list[Columns] = []
+    for column, name in enumerate(names):
+        stem = name.removeprefix(TABLE).rstrip("0123456789")
+        number, last = int(name.removeprefix(TABLE + stem)), found[-1] if found else None
+        if last is not None and last.stem == stem and number - last.first == column - last.begin:
+            found[-1] = replace(last, end=column + 1)
+        else:
+            found.append(Columns(stem=stem, first=number, begin=column, end=column + 1))
+    return tuple(found)
 
 
 def _tables(references: int, disturbances: int, *, ramps: bool) -> tuple[str, ...]:

@@ -27,8 +27,7 @@ def sampled_figures(
     slots = path_slots(loop, paths)
     done = work(loop, engine, starts, end, record=tuple(dict.fromkeys(slots.values())), threads=threads)
     found = _figures(loop, done, starts)
-    rows = {name: row for row, name in enumerate(done.made.record)}
-    found["paths"] = {name: done.record[rows[slot]] for name, slot in slots.items()}
+    found["paths"] = {name: done.record[done.made.rows[slot]] for name, slot in slots.items()}
     if paths:
         found["times"] = done.made.fitted.period * np.arange(done.record.shape[2])
     return found

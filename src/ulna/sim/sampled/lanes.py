@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
-from ulna.program import TEMPLATES, Kernel, Operation, literal, restricted
+from ulna.program import TEMPLATES, Assembly, Kernel, Operation, literal, restricted
 from ulna.program.lowering.intrinsic import has_intrinsic, intrinsic_source
 
 
@@ -20,6 +20,7 @@ class LaneWriter:
         read: slots that somebody reads; others are not kept.
         numbers: names that hold for all runs and samples. shared: variables that are the same for all runs.
         paths: slots that are read from samples of each run's own. gpu: for the compiler of a GPU.
+        alike: slots that are the same for all runs, 0 at first; each is written by kernels of its like alone.
     """
 
     def __init__(
@@ -32,14 +33,15 @@ class LaneWriter:
         numbers: Collection[str],
         shared: Collection[str],
         paths: Collection[str],
+        alike: Collection[str],
     ) -> None:
-        self.lanes, self.gpu = lanes, gpu
+        self.lanes, self.gpu, self.alike = lanes, gpu, frozenset(alike)
         self.functions: list[str] = []
         self.lines: list[str] = []
         self.depth = 0
         self.numbers: list[str] = []
         self._names = {name: f"paths[k, {row}, run]" for row, name in enumerate(paths)}
-        self._names |= {name: f"v_{name}" for name in shared}
+        self._names |= {name: f"v_{name}" for name in (*shared, *alike)}
         self._same = dict(same)
         self._known_numbers = frozenset(numbers)
         self.read = frozenset(read)
@@ -103,6 +105,12 @@ class LaneWriter:
         if kept:
             with self.runs():
                 self.inline(restricted(kernel, kept), given, counted)
+        # After the runs, which read what the sample before left here.
+        alike = [name for name in kernel.outputs if name in self.alike and name in self.read]
+        if alike:
+            whole = Assembly(kernel.name)
+            values = whole.call(kernel)
+            self.inline(whole.finished({name: values[name] for name in alike}), given)
 
     def kept(self, kernel: Kernel, counted: str = "") -> list[str]:
         """The outputs that become slots, and the one that is counted."""

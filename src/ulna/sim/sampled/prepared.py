@@ -50,6 +50,7 @@ class Prepared:
         run: the compiled function. numbers: its numbers, in order.
         results: slots handed back at the end of a run, after code and end. record: slots kept at every sample.
         series: (row of the record, role, signal) of what a trajectory shows besides states, inputs and outputs.
+        rows: of the record by slot.
     """
 
     fitted: Fitted
@@ -60,6 +61,7 @@ class Prepared:
     results: tuple[str, ...]
     record: tuple[str, ...]
     series: tuple[tuple[int, str, Signal], ...]
+    rows: Mapping[str, int]
 
     def columns(self, results: np.ndarray) -> dict[str, np.ndarray]:
         """The results by name, (N,) each."""
@@ -122,6 +124,7 @@ def _prepare(
         results=results,
         record=kept,
         series=_series(loop, kept),
+        rows={name: row for row, name in enumerate(kept)},
     )
 
 

@@ -15,6 +15,7 @@ from ulna.sim.figures import outside
 from ulna.sim.inputs import Held, Input
 from ulna.sim.outcome import Outcome
 from ulna.sim.sampled.engine import FixedSteps
+from ulna.sim.sampled.prepared import HEAD
 from ulna.sim.sampled.work import Worked, work
 from ulna.sim.starts import Starts
 from ulna.sim.trajectory import Series, Trajectory
@@ -35,7 +36,7 @@ def run_sampled(loop: Loop, engine: FixedSteps, starts: Starts, times: np.ndarra
     """
     done = work(loop, engine, starts, float(times[-1]), record=None)
     rows = _rows(times, done.made.fitted.period)
-    ended = {name: float(values[0]) for name, values in done.made.columns(done.results).items()}
+    ended = dict(zip((*HEAD, *done.made.results), done.results[0].tolist(), strict=True))
     # The trajectory and what drove it share these numbers.
     record = done.record[:, 0, : done.last + 1]
     record.flags.writeable = False
@@ -60,7 +61,7 @@ def _rows(times: np.ndarray, period: float) -> np.ndarray | None:
 def _trajectory(
     loop: Loop, starts: Starts, done: Worked, record: np.ndarray, rows: np.ndarray | None, ended: Mapping[str, float]
 ) -> Trajectory:
-    columns = {name: row for row, name in enumerate(done.made.record)}
+    columns = done.made.rows
     n = len(loop.plant.states)
     outcome = OUTCOMES[int(ended["code"])]
     times, states = record[columns["time"]], record[1 : 1 + n].T

@@ -43,14 +43,17 @@ class _LoopWriter:
     def __init__(self, made: Blocks, results: Sequence[str], record: Sequence[str], lanes: int, *, gpu: bool) -> None:
         self.made, self.results, self.record = made, tuple(results), tuple(record)
         clock = {"begun", "clock"} if made.jittered else {"begun", "clock", "time", "earlier", "span"}
+        shared = clock | set(made.tables)
+        self.alike = _alike(made, {*shared, *made.numbers}) if lanes > 1 else set()
         self.w = LaneWriter(
             lanes=lanes,
             gpu=gpu,
             same=_same(made),
             read=_read(made) | {*self.results, *self.record, "alive"},
             numbers=made.numbers,
-            shared=clock | set(made.tables),
+            shared=shared,
             paths=made.paths,
+            alike=self.alike,
         )
         self.seed = "g[l]" if lanes > 1 else "g"
 
@@ -59,7 +62,9 @@ class _LoopWriter:
         w = self.w
         first = ["k = 0", "l = 0", "v_time = 0.0"]
         if w.lanes > 1:
-            first += [f"s = np.zeros({w.size()})", f"g = np.zeros({w.lanes}, dtype=np.uint64)"]
+            # From the start of a line of the processor's cache: a vector that lies across two costs twice.
+            first += [f"room = np.zeros({w.size() + 7})", "s = room[-(room.ctypes.data // 8) % 8 :]"]
+            first += [f"g = np.zeros({w.lanes}, dtype=np.uint64)"]
         first += [f"f_{name} = numbers[{place}]" for place, name in enumerate(w.numbers)]
         body = []
         for line in w.lines:
@@ -86,6 +91,8 @@ class _LoopWriter:
         w.line("ended = 0")
         w.line("k = 0")
         w.line("v_time = 0.0")
+        for name in sorted(self.alike):
+            w.line(f"v_{name} = 0.0")
         self._shared("0")
         with w.runs():
             # The last block is filled up with copies of the last run, which nobody asks for.
@@ -94,7 +101,11 @@ class _LoopWriter:
             if made.jittered:
                 stream = made.draws["uniform_jitter"].stream
                 w.line(f"{w.at('uniform_jitter')} = uniform({self.seed}, np.uint64({stream}))")
-            given = {f"{TABLE}{name}": f"table[run, {column}]" for column, name in enumerate(made.columns)}
+            given = {
+                f"{TABLE}{each.stem}{k}": f"table[run, {column}]"
+                for each in made.columns
+                for k, column in enumerate(range(each.begin, each.end), each.first)
+            }
             w.inline(restricted(made.begin, w.kept(made.begin)), given)
 
     def _shared(self, k: str) -> None:
@@ -138,8 +149,7 @@ class _LoopWriter:
         w = self.w
         for each in program:
             if isinstance(each, Repeat):
-                times = f"int({w.at(each.times)})" if isinstance(each.times, str) else each.times
-                with w.block(f"for _{w.depth} in range({times}):"):
+                with w.block(f"for _{w.depth} in range(int({w.at(each.times)})):"):
                     self._motion(each.body)
             else:
                 w.work(each, counted="trouble")
@@ -186,6 +196,35 @@ def _same(made: Blocks) -> dict[str, str]:
             written.setdefault(name, []).append((place, result))
     first: dict[tuple[tuple[int, int], ...], str] = {}
     return {name: first.setdefault(tuple(places), name) for name, places in written.items()}
+
+
+def _alike(made: Blocks, known: set[str]) -> set[str]:
+    """Slots that are the same for all runs: the kernels of the motion make them of `known` and of each other alone."""
+    others = [made.begin, *made.samples, made.entries]
+    kernels = _kernels(made.motion)
+    found = {name for each in kernels for name in each.outputs} - {name for each in others for name in each.outputs}
+    while True:
+        wrong = {
+            name
+            for each in kernels
+            for name in found.intersection(each.outputs)
+            if not {each.inputs[k] for k in _needed(each, name)} <= found | known
+        }
+        if not wrong:
+            return found
+        found -= wrong
+
+
+def _needed(kernel: Kernel, output: str) -> set[int]:
+    """Which inputs an output depends on."""
+    first = len(kernel.inputs)
+    open_, seen = [kernel.results[kernel.outputs.index(output)]], set[int]()
+    while open_:
+        value = open_.pop()
+        if value not in seen:
+            seen.add(value)
+            open_ += kernel.instructions[value - first].operands if value >= first else ()
+    return {value for value in seen if value < first}
 
 
 def _kernels(program: Program) -> list[Kernel]:

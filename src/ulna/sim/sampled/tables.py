@@ -47,8 +47,14 @@ def samples_of(period: float, start: float, end: float) -> int:
     return count
 
 
+ALONE = Shape()
+"""No inputs."""
+
+
 def shape_of(loop: Loop, inputs: Mapping[str, Input]) -> Shape:
     """How the inputs enter: formulas of disturbances are compiled in, samples of each run's own are read."""
+    if not inputs:
+        return ALONE
     plant = {s.name for s in loop.disturbances}
     free = [name for name in inputs if name in plant]
     formulas = tuple((name, given.expression) for name in free if isinstance(given := inputs[name], Formula))
@@ -81,17 +87,16 @@ def source_of(slot: str, loop: Loop, made: Prepared) -> str:
 def begin_table(loop: Loop, made: Prepared, starts: Starts) -> np.ndarray:
     """(N, columns) what each run begins with."""
     runs = len(starts.initial)
+    table = np.zeros((runs, max(1, made.blocks.columns[-1].end if made.blocks.columns else 0)))
+    rows = {"x": starts.initial, "p": starts.parameters, "target": starts.targets}
+    named = {"z": loop.wiring.memory, "u": loop.wiring.driven, "r": loop.references, "d": made.disturbances}
     memory = _memory(loop, made.fitted, starts, runs)
-    rows = {f"x{k}": starts.initial[:, k] for k in range(starts.initial.shape[1])}
-    rows |= {f"z{k}": memory[s.name] for k, s in enumerate(loop.wiring.memory)}
-    rows |= {f"u{k}": memory.get(s.name, 0.0) for k, s in enumerate(loop.wiring.driven)}
-    rows |= {f"p{k}": starts.parameters[:, k] for k in range(starts.parameters.shape[1])}
-    rows |= {f"r{k}": starts.own.get(s.name, 0.0) for k, s in enumerate(loop.references)}
-    rows |= {f"d{k}": starts.own.get(s.name, 0.0) for k, s in enumerate(made.disturbances)}
-    rows |= {f"target{k}": starts.targets[:, k] for k in range(starts.targets.shape[1])}
-    table = np.zeros((runs, max(1, len(made.blocks.columns))))
-    for column, name in enumerate(made.blocks.columns):
-        table[:, column] = rows[name]
+    for each in made.blocks.columns:
+        if each.stem in rows:
+            table[:, each.begin : each.end] = rows[each.stem][:, each.first : each.first + each.end - each.begin]
+        elif known := memory if each.stem in {"z", "u"} else starts.own:
+            for k, column in enumerate(range(each.begin, each.end), each.first):
+                table[:, column] = known.get(named[each.stem][k].name, 0.0)
     return table
 
 
@@ -171,8 +176,10 @@ def _check_span(name: str, given: Input, end: float) -> None:
 def _memory(loop: Loop, fitted: Fitted, starts: Starts, runs: int) -> dict[str, np.ndarray]:
     """(N,) by name: states of estimator and controller, and driven inputs, at the start."""
     wiring = loop.wiring
-    names = [s.name for s in wiring.memory]
     estimator = wiring.injected
+    if estimator is None and not starts.memory:
+        return {}
+    names = [s.name for s in wiring.memory]
     shown = [] if estimator is None else [s.name for s in estimator.system.outputs]
     known = (*names, *shown, *(s.name for s in wiring.driven))
     unknown = [name for name in starts.memory if name not in known]
@@ -188,7 +195,7 @@ def _memory(loop: Loop, fitted: Fitted, starts: Starts, runs: int) -> dict[str, 
     begun = (
         {} if estimator is None else _started(estimator, fitted, starts, {name: found.get(name, 0.0) for name in shown})
     )
-    return {name: np.zeros(runs) for name in names} | begun | found
+    return begun | found
 
 
 def _started(
