@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from scipy.linalg import expm
 
 from ulna.base import SimulationError
 from ulna.loop.discretisation import ExactHold
@@ -210,6 +209,8 @@ def held_matrices(matrix: np.ndarray, period: float, *, interpolate: bool) -> tu
     One matrix exponential gives all three: C. F. Van Loan, "Computing integrals involving the matrix exponential",
     IEEE Trans. Autom. Contr. 23 (1978).
     """
+    from scipy.linalg import expm  # as long to import as the rest of ulna
+
     n = len(matrix)
     whole = np.zeros((3 * n, 3 * n))
     whole[:n, :n] = matrix * period

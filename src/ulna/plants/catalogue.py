@@ -10,6 +10,7 @@ from decimal import Decimal
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -38,22 +39,21 @@ class Model:
 
 
 @cache
-def _data() -> dict[str, dict[str, Any]]:
-    found = {}
-    for folder in _FOLDERS:
-        place = files("ulna.plants") / folder
-        for entry in sorted(place.iterdir(), key=lambda e: e.name) if place.is_dir() else ():
-            if entry.name.endswith(".toml"):
-                found[entry.name.removesuffix(".toml")] = tomllib.loads(
-                    entry.read_text(encoding="utf-8"), parse_float=Decimal
-                )
-    return found
+def _files() -> dict[str, Traversable]:
+    folders = [files("ulna.plants") / folder for folder in _FOLDERS]
+    entries = [entry for place in folders if place.is_dir() for entry in place.iterdir()]
+    return {e.name.removesuffix(".toml"): e for e in sorted(entries, key=lambda e: e.name) if e.name.endswith(".toml")}
+
+
+def _data(name: str) -> dict[str, Any]:
+    return tomllib.loads(_files()[name].read_text(encoding="utf-8"), parse_float=Decimal)
 
 
 def models() -> tuple[Model, ...]:
     """Every plant of the catalogue, in order of name."""
     rows = []
-    for name, data in sorted(_data().items()):
+    for name in _files():
+        data = _data(name)
         entry = data.get("catalogue", {})
         text, source = data.get("text", data.get("name", "")), data.get("source", "")
         answers = MappingProxyType(dict(entry.get("answers", {})))
@@ -93,8 +93,8 @@ def model(name: str) -> System:
         PlantError: for an unknown name; near ones are named.
     """
     plain = name.replace("-", "_")
-    if plain not in _data():
-        near = get_close_matches(plain, _data(), n=3)
+    if plain not in _files():
+        near = get_close_matches(plain, _files(), n=3)
         hint = f"Did you mean {' or '.join(near)}?" if near else "`ulna models` lists them."
         raise PlantError(f"plant '{name}'", "no plant of this name is in the catalogue.", hint)
-    return system_from_mapping(_data()[plain], where=plain)
+    return system_from_mapping(_data(plain), where=plain)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import sympy as sp
-from sympy.physics.mechanics import Point, ReferenceFrame
 
 from ulna.base import PlantError
 from ulna.system import Definition, Signal, System
@@ -22,9 +21,9 @@ def flexible_joint_arm(links: int) -> System:
     """An arm of n links with a point mass at each end, each joint a spring behind a motor (Spong's model).
 
     Angles q_i of the links count from the hanging position, motor angles p_i along the joint. The equations of the
-    links stay implicit in their angular accelerations and are written joint by joint, kinematics by
-    `sympy.physics.mechanics`: the plant grows with n, not with n² (M. W. Spong, J. Dyn. Sys. Meas. Control 109
-    (1987); J. Y. S. Luh, M. W. Walker and R. P. C. Paul, J. Dyn. Sys. Meas. Control 102 (1980)).
+    links stay implicit in their angular accelerations and are written joint by joint: the plant grows with n, not
+    with n² (M. W. Spong, J. Dyn. Sys. Meas. Control 109 (1987); J. Y. S. Luh, M. W. Walker and R. P. C. Paul, J. Dyn.
+    Sys. Meas. Control 102 (1980)).
 
     Args:
         links: n ≥ 1.
@@ -50,7 +49,7 @@ def flexible_joint_arm(links: int) -> System:
     ]
     return System(
         name=f"planar arm with {links} flexible joints",
-        source="Spong, J. Dyn. Sys. Meas. Control 109 (1987); kinematics by sympy.physics.mechanics",
+        source="Spong, J. Dyn. Sys. Meas. Control 109 (1987)",
         states=tuple(Signal(name=s.name, text=f"{text} {k + 1}") for _, text, row in states for k, s in enumerate(row)),
         rates=(*w, *acceleration, *r, *((u[i] - STIFFNESS * twist[i]) / ROTOR for i in range(links))),
         inputs=tuple(Signal(name=s.name, text=f"torque of motor {k + 1}") for k, s in enumerate(u)),
@@ -73,7 +72,6 @@ def _links(
     Lengths are counted in links and masses in point masses: `ax`, `ay` are the accelerations of the points, from the
     base outwards, seen from a frame in free fall; `fx`, `fy` the forces that the links carry, from the tip inwards.
     """
-    ground, base = ReferenceFrame("N"), Point("O")
     definitions: list[Definition] = []
 
     def named(name: str, expression: sp.Expr) -> sp.Symbol:
@@ -82,25 +80,18 @@ def _links(
 
     moving: list[tuple[sp.Expr, sp.Expr]] = []
     before: tuple[sp.Expr, sp.Expr] = (sp.Integer(0), GRAVITY / LENGTH)
-    arms = []
     for k, (angle, rate, speedup) in enumerate(zip(q, w, acceleration, strict=True)):
-        frame = ground.orientnew(f"A{k}", "Axis", [angle, ground.z])
-        frame.set_ang_vel(ground, rate * ground.z)
-        frame.set_ang_acc(ground, speedup * ground.z)
-        base.set_acc(ground, before[0] * ground.x + before[1] * ground.y)
-        point = base.locatenew(f"P{k}", -frame.y)
-        reached = point.a2pt_theory(base, ground, frame)
+        across, along = sp.sin(angle), sp.cos(angle)  # the link is the vector (across, −along)
         before = (
-            named(f"ax{k + 1}", reached.dot(ground.x)),
-            named(f"ay{k + 1}", reached.dot(ground.y)),
+            named(f"ax{k + 1}", before[0] + speedup * along - rate**2 * across),
+            named(f"ay{k + 1}", before[1] + speedup * across + rate**2 * along),
         )
         moving.append(before)
-        arms.append(point.pos_from(base))
     force: tuple[sp.Expr, sp.Expr] = (sp.Integer(0), sp.Integer(0))
     balances = []
     for k in reversed(range(len(q))):
         force = (named(f"fx{k + 1}", force[0] + moving[k][0]), named(f"fy{k + 1}", force[1] + moving[k][1]))
-        moment = arms[k].cross(force[0] * ground.x + force[1] * ground.y).dot(ground.z)
+        moment = sp.sin(q[k]) * force[1] + sp.cos(q[k]) * force[0]
         balances.append(
             Definition(name=acceleration[k].name, expression=pull[k] - named(f"moment{k + 1}", moment), implicit=True)
         )

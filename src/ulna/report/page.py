@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from functools import cache
 from importlib.resources import files
-from typing import Final
+from typing import Any, Final
 
-from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup, escape
 
 from ulna.report.document import Block, Cell, Document, Tone
@@ -29,7 +28,9 @@ def render_page(document: Document) -> str:
 
 
 @cache
-def _environment() -> Environment:
+def _environment() -> Any:  # a jinja2.Environment
+    from jinja2 import DictLoader, Environment, StrictUndefined  # only where a page is written
+
     place = files("ulna.report") / "templates"
     texts = {name: (place / name).read_text(encoding="utf-8") for name in ("page.html", "blocks.html", "style.css")}
     environment = Environment(

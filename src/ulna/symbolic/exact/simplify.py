@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import sympy as sp
 from sympy.functions.elementary.hyperbolic import HyperbolicFunction
@@ -83,12 +84,10 @@ def _collect_forms(expression: sp.Expr, found: list[sp.Expr]) -> None:
     if _collect_over_relative_angles(expression, found):
         return
     rewritings: list[Callable[[sp.Expr], sp.Expr]] = [sp.together]
-    circular = sum(expression.count(kind) for kind in (sp.sin, sp.cos, sp.tan))
-    powers = any(power.base.has(TrigonometricFunction) for power in expression.atoms(sp.Pow))
-    if circular > 1 or powers:
+    identities = _circular_degree(min(found, key=_length)) > 1
+    if identities:
         rewritings.append(sp.trigsimp)
-    several = circular > 1 or powers or expression.has(sp.exp, sp.log, HyperbolicFunction)
-    if several and sp.count_ops(expression) <= _MIDDLING:
+    if (identities or expression.has(sp.exp, sp.log, HyperbolicFunction)) and sp.count_ops(expression) <= _MIDDLING:
         rewritings.append(sp.simplify)
     for rewrite in rewritings:
         best = min(found, key=_length)
@@ -96,6 +95,18 @@ def _collect_forms(expression: sp.Expr, found: list[sp.Expr]) -> None:
             return
         for start in dict.fromkeys((best, expression)):
             _rewrite(rewrite, start, found)
+
+
+def _circular_degree(expression: sp.Expr) -> int:
+    """How many sines and cosines multiply each other; what is linear in them obeys no identity that shortens it."""
+    if not expression.has(TrigonometricFunction):
+        return 0
+    parts = [_circular_degree(part) for part in expression.args]
+    if expression.is_Add:
+        return max(parts)
+    if expression.is_Mul:
+        return sum(parts)
+    return 1 if isinstance(expression, TrigonometricFunction) and not max(parts) else 2
 
 
 def _collect_over_relative_angles(expression: sp.Expr, found: list[sp.Expr]) -> bool:
@@ -140,6 +151,7 @@ def zero_set(expression: sp.Expr, variables: Sequence[sp.Symbol], *, seconds: fl
     return sp.Mul(*dict.fromkeys(moving)) if moving else sp.Integer(1)
 
 
+@lru_cache(maxsize=1024)
 def _length(expression: sp.Expr) -> tuple[int, int]:
     return int(sp.count_ops(expression)), sum(1 for _ in sp.preorder_traversal(expression))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -12,10 +13,13 @@ from sympy.functions.elementary.hyperbolic import InverseHyperbolicFunction
 from sympy.functions.elementary.trigonometric import InverseTrigonometricFunction
 
 from ulna.base import Verdict, all_of
-from ulna.symbolic.exact.ball import leaves_of, tape
+from ulna.symbolic.exact.ball import tape
 from ulna.symbolic.exact.embed import attempt_exactly, embed
 from ulna.symbolic.exact.finite_field import PRIMES, FieldSample
 from ulna.symbolic.exact.sample import RADIUS, SEED, regular_points
+
+_READABLE = 30
+"""Nodes from which on an expression is not written out in a claim."""
 
 
 @runtime_checkable
@@ -156,7 +160,5 @@ def are_zero(expressions: Iterable[sp.Expr], *, test: ZeroTest = SampledZero()) 
 
 
 def _short(expression: sp.Expr) -> str:
-    if len(leaves_of([expression])) > 8 or len(expression.args) > 8:
-        return "the expression"
-    text = str(expression)
-    return text if len(text) <= 60 else "the expression"
+    nodes = sum(1 for _ in islice(sp.preorder_traversal(expression), _READABLE))
+    return str(expression) if nodes < _READABLE else "the expression"
