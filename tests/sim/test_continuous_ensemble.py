@@ -138,7 +138,7 @@ def test_a_run_that_blows_up_or_stops_being_finite_is_one_result_among_others() 
     np.testing.assert_allclose(many.final_state[[0, 2], 0], [-0.5, 1.0], rtol=1e-12)
     draining = system_from_mapping({"states": {"x": "-sqrt(x) - 1"}, "outputs": {"y": "x"}})
     ended = simulate(draining, [[1.0], [900.0]], 1.0, record=Ends())
-    assert ended.outcome(0) is Outcome.NOT_FINITE
+    assert ended.outcome(0) is Outcome.EDGE
     assert ended.outcome(1) is Outcome.FINISHED
 
 

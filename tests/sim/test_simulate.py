@@ -144,7 +144,7 @@ def test_exponential_growth_stops_at_a_bound_of_ones_own() -> None:
 
 def test_leaving_the_domain_is_told_apart_from_blowing_up() -> None:
     draining = simulate(system({"x": -sp.sqrt(x) - 1}), [1.0], GRID, throw=False)
-    assert draining.outcome is Outcome.NOT_FINITE
+    assert draining.outcome is Outcome.EDGE
     assert np.isfinite(draining.states).all()
     nowhere = simulate(system({"x": sp.log(x)}), [-1.0], GRID, throw=False)
     assert (nowhere.outcome, len(nowhere.times)) == (Outcome.NOT_FINITE, 1)

@@ -4,7 +4,9 @@ from ulna.program.affine_inputs import solved_for_inputs
 from ulna.program.arithmetic import AbstractArithmetic, Fused, Plain, in_arithmetic
 from ulna.program.assembly import Assembly, chained
 from ulna.program.bound import bound
+from ulna.program.branches import REST, Branch, Branched, branches_of, with_branches
 from ulna.program.costly import COSTLY, costly_first
+from ulna.program.edges import Edges, edges_of
 from ulna.program.factored import factored
 from ulna.program.flow_series import FlowSeries
 from ulna.program.hoist import HOISTED, Hoisted, hoist
@@ -36,9 +38,13 @@ __all__ = [
     "HOISTED",
     "MODE",
     "PYTHON",
+    "REST",
     "TEMPLATES",
     "AbstractArithmetic",
     "Assembly",
+    "Branch",
+    "Branched",
+    "Edges",
     "FlowSeries",
     "Fused",
     "Hoisted",
@@ -54,6 +60,7 @@ __all__ = [
     "at_zero",
     "balls_by_name",
     "bound",
+    "branches_of",
     "c_header",
     "c_literal",
     "c_statements",
@@ -62,6 +69,7 @@ __all__ = [
     "check_names",
     "compiled",
     "costly_first",
+    "edges_of",
     "explicit",
     "factored",
     "hoist",
@@ -84,6 +92,7 @@ __all__ = [
     "to_numpy",
     "to_python",
     "to_python_source",
+    "with_branches",
     "with_modes",
     "without_inputs",
 ]

@@ -19,6 +19,7 @@ class EventKind(Enum):
     BOUNCED = "the position rebounded from an end stop"
     CROSSED = "the expression passed through zero"
     SETTLED = "the output entered its band for good"
+    AT_EDGE = "a function reached the edge of where it is defined"
     BLEW_UP = "the norm of the state passed the bound"
     NOT_FINITE = "the state or the command stopped being a finite number"
 

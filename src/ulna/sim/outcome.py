@@ -26,6 +26,10 @@ class Outcome(Enum):
         "The system may be stiff or the run long; raise Taylor(maximum_steps=...).",
     )
     STOPPED = ("a terminal event ended the run", "")
+    EDGE = (
+        "the motion reached the edge of where its right-hand side is defined",
+        "The equations say nothing beyond: limit the argument, or end the run there by a terminal event.",
+    )
 
     @property
     def text(self) -> str:

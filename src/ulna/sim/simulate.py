@@ -157,9 +157,10 @@ def _finished(trajectory: Trajectory, wanted: float) -> Trajectory:
         f"{signal.name} = {value:.4g}"
         for signal, value in zip(trajectory.system.states, trajectory.states[-1], strict=True)
     )
+    why = trajectory.events[-1].signal if trajectory.outcome is Outcome.EDGE else trajectory.outcome.text
     raise SimulationError(
         f"simulation of '{trajectory.system.name}' to {wanted:g} s",
-        f"at {trajectory.times[-1]:.6g} s {trajectory.outcome.text} ({last}).",
+        f"at {trajectory.times[-1]:.6g} s {why} ({last}).",
         f"{trajectory.outcome.remedy} throw=False hands over the part before.",
         value=trajectory,
     )

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ulna.program import Moded, to_python
+from ulna.program import Branch, Moded, to_python
 from ulna.sim.continuous.layout import Layout
 from ulna.sim.event import Event, EventKind
 from ulna.sim.outcome import Outcome
@@ -38,14 +38,16 @@ class Scheme:
     Attributes:
         moded: inputs → rates, watched values, guards. layout: where its inputs come from.
         walls: (position, velocity) of each end stop, places among the states.
-        functions: (F,) for each event function the place of its value among watched values and guards. It is
-            side · weight · (value − level), all three at run time: positive until the event.
+        functions: (F,) for each event function the place of its value among watched values, guards and what branches
+            show. It is side · weight · (value − level), all three at run time: positive until the event.
+        branches: roots and the like that may rest at the edge of their domain.
     """
 
     moded: Moded
     layout: Layout
     walls: tuple[tuple[int, int], ...]
     functions: tuple[int, ...]
+    branches: tuple[Branch, ...] = ()
 
 
 class Motion:
@@ -59,7 +61,7 @@ class Motion:
     def __call__(self, at: Course, time: float, state: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
         """((n,) rates as they are with the walls, watched values and guards)."""
         layout = self.scheme.layout
-        found = self._evaluate(*layout.arguments(time, state.tolist(), at.values, at.saturated, at.modes))
+        found = self._evaluate(*layout.arguments(time, state.tolist(), at.values, at.saturated, [*at.modes, *at.rests]))
         rates = np.array(found[: self._count])
         for contact, (position, velocity) in zip(at.contacts, self.scheme.walls, strict=True):
             if contact:
@@ -83,7 +85,8 @@ class Course:
 
     Attributes:
         span: s, length of the whole run. values: constants and ramp coefficients of the stretch.
-        modes: of guards. saturated: of limits. contacts: of walls (−1 at the lower stop, 1 at the upper, else 0).
+        until: s, beyond which nothing is known yet. modes: of guards. rests: of branches, 1 at the edge. saturated: of
+            limits. contacts: of walls (−1 at the lower stop, 1 at the upper, else 0).
         sides: (F,) of each event function: sign of value − level, 0 where it is not looked at. levels, weights: (F,).
         events: what happened. outcome: how it ended, None while it goes on.
         divisors: (n,) of the states, see `Yardstick`.
@@ -97,6 +100,8 @@ class Course:
     modes: list[float]
     saturated: list[float]
     contacts: list[float]
+    rests: list[float]
+    until: float = 0.0
     sides: np.ndarray
     levels: np.ndarray
     weights: np.ndarray
@@ -108,8 +113,11 @@ class Course:
 
     def shown(self, function: int) -> float:
         """Value − level of an event function."""
-        watched = self.motion(self, self.time, self.state)[1]
-        return watched[self.motion.scheme.functions[function]] - float(self.levels[function])
+        return self.value(self.motion.scheme.functions[function]) - float(self.levels[function])
+
+    def value(self, place: int) -> float:
+        """One of the values that the motion shows besides the rates."""
+        return self.motion(self, self.time, self.state)[1][place]
 
     def distances(self, state: np.ndarray | None = None, time: float | None = None) -> np.ndarray:
         """(F,) value − level of every event function, here or at another state."""
@@ -139,6 +147,7 @@ class Course:
             modes=list(self.modes),
             saturated=list(self.saturated),
             contacts=list(self.contacts),
+            rests=list(self.rests),
             sides=self.sides.copy(),
             levels=self.levels.copy(),
             weights=self.weights.copy(),
@@ -148,7 +157,7 @@ class Course:
 
     def enter(self, time: float, state: np.ndarray, values: list[float], until: float) -> None:
         """Begin a stretch: modes, sides and contacts as inputs and state ask for."""
-        self.time, self.state, self.values = time, np.array(state, dtype=float), values
+        self.time, self.state, self.values, self.until = time, np.array(state, dtype=float), values, until
         for watcher in self.watchers:
             watcher.begin(self)
         self.begun = True
@@ -167,21 +176,35 @@ class Course:
         good = np.isfinite(largest) & (largest > SMALLEST)
         self.weights[:] = np.where(good, 1.0 / np.where(good, largest, 1.0), 1.0)
 
+    def at_edge(self, time: float, state: np.ndarray) -> bool:
+        """Whether some watcher sees the edge of its domain there."""
+        there = replace(self, time=time, state=state)
+        return any(watcher.at_edge(there, -1) for watcher in self.watchers)
+
     def react(self, function: int, until: float) -> None:
         """Let an event happen that was found here, unless the value only touches its level, and go on from it."""
-        moment = self._moment(until)
-        beyond = self.distances(self.motion.moved(self, moment), self.time + moment)[function] * self.sides[function]
-        if not beyond > 0.0:
-            self._happen(function)
+        self.until = until
+        edge = next((watcher for watcher in self.watchers if watcher.at_edge(self, function)), None)
+        if edge is not None:
+            edge.crossed(self, function)
+        else:
+            moment = self.moment()
+            later = self.motion.moved(self, moment)
+            if not self.distances(later, self.time + moment)[function] * self.sides[function] > 0.0:
+                self._happen(function)
         self.settle(until)
 
     def settle(self, until: float) -> None:
         """Move a moment on, not beyond a time; whatever is on the wrong side then happens now."""
-        here, moment = self.time, self._moment(until)
+        self.until = until
         for _ in range(CHATTER):
             if self.outcome is not None:
                 return
+            here, moment = self.time, self.moment()
             later = self.motion.moved(self, moment)
+            if not np.isfinite(later).all():
+                # The integrator itself shall find out how far it comes.
+                return
             wrong = np.flatnonzero(self.sides * self.distances(later, here + moment) < 0.0)
             if not len(wrong):
                 self.time, self.state = (until if moment == until - here else here + moment), later
@@ -191,8 +214,17 @@ class Course:
             self._happen(int(wrong[0]))
         self.outcome = Outcome.SLIDING
 
-    def _moment(self, until: float) -> float:
-        return min(max(MOMENT * self.span, 16.0 * math.ulp(self.time)), until - self.time)
+    def moment(self) -> float:
+        """A short span, s, that ends before the next thing that is known to happen."""
+        return min(max(MOMENT * self.span, 16.0 * math.ulp(self.time)), self.until - self.time)
+
+    def moved_on(self, span: float) -> Course:
+        """Another course a short span later, its jumps decided by where it is then."""
+        later = self.copied()
+        later.state, later.time = self.motion.moved(self, span, 8), self.time + span
+        for watcher in later.watchers:
+            watcher.jumped(later)
+        return later
 
     def _happen(self, function: int) -> None:
         next(watcher for watcher in self.watchers if function in watcher.functions).crossed(self, function)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ulna.program import hoist, to_numpy, with_modes
+from ulna.program import branches_of, hoist, to_numpy, with_modes
 from ulna.sim.cache import IdentityCache
 from ulna.sim.continuous.lane_step import FIGURES, LaneStep, lane_step
 from ulna.sim.continuous.one_thread import one_thread
@@ -102,8 +102,9 @@ def _compiled(plant: System, settings: Taylor, limits: Limits, *, figures: bool)
     whole = kernel(plant.name, symbols, rates | (shown if figures else {}), held=held)
     split = hoist(whole, [s.name for s in held])
     step = None
-    # What happens at limits and walls differs from lane to lane.
-    if not with_modes(split.main).guards and not limits:
+    # What happens at limits, walls and branch points differs from lane to lane.
+    smooth = not with_modes(split.main).guards and not branches_of(split.main, split.before.outputs)
+    if smooth and not limits:
         step = lane_step(
             split.main,
             states,

@@ -111,6 +111,11 @@ class Flow:
             return Stretch(times=times, states=states, outcome=Outcome.FINISHED)
         outcomes = {self._codes.step_limit: Outcome.STEP_LIMIT, self._codes.err_nf_state: Outcome.NOT_FINITE}
         at = float(integrator.time)
+        if code == self._codes.err_nf_state:
+            integrator.time = float(times[0])
+            integrator.state[:] = initial if divisors is None else initial / divisors
+            at, last = last_good(integrator, float(times[-1]), self._settings.maximum_steps)
+            last = last if divisors is None else last * divisors
         return ended_early(initial, times, states, at, last, outcomes.get(code, Outcome.BLEW_UP))
 
     def _integrator(self, *, bounded: bool, divided: bool) -> Any:
@@ -186,6 +191,19 @@ def inside(states: np.ndarray, bound: float) -> bool:
     # Written so that a NaN is outside; the sum over all rows is the cheap test that nearly always settles it.
     limit = bound**2
     return bool(np.vdot(states, states) < limit) or bool((np.square(states).sum(axis=-1) < limit).all())
+
+
+def last_good(integrator: Any, end: float, steps: int) -> tuple[float, np.ndarray]:
+    """Time and state after the last step, from where the integrator stands, that came out finite."""
+    found = [(float(integrator.time), integrator.state.copy())]
+
+    def keep(at: Any) -> bool:
+        if np.isfinite(at.state).all():
+            found[0] = (float(at.time), at.state.copy())
+        return True
+
+    integrator.propagate_until(end, max_steps=steps, callback=keep)
+    return found[0]
 
 
 def ended_early(

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import SimulationError
-from ulna.program import Kernel, hoist, to_numpy, to_python, with_modes
+from ulna.program import Edges, Kernel, branches_of, edges_of, hoist, to_numpy, to_python, with_branches, with_modes
 from ulna.sim.cache import IdentityCache
 from ulna.sim.continuous.course import Scheme
 from ulna.sim.continuous.flow import Flow
@@ -59,12 +59,16 @@ class Prepared:
         values: default SI value of each parameter, None where it has none.
         ready: the flow's constants for the default parameters when no input varies between runs, else None.
         rules: what the run obeys and reports, None where that is nothing.
+        edges: where the right-hand side stops being defined. branches: what happens at the edge of each root that the
+            flow watches.
         shown: the system with its limits written out. commands: of what is limited, None where nothing is.
     """
 
     system: System
     flow: Flow | SwitchedFlow
     rules: Rules | None
+    edges: Edges
+    branches: tuple[str, ...]
     shown: System
     commands: Commands | None
     before: Callable[..., tuple[float, ...]]
@@ -106,6 +110,8 @@ def _prepare(
     split = hoist(whole, fixed)
     layout = replace(layout, constants=split.before.outputs)
     before = to_python(split.before)
+    edges = edges_of(whole, fixed)
+    watched = {branch.place for branch in branches_of(whole, fixed)}
     values = default_values(system)
     known = {name: value for name, value in values.items() if value is not None}
     ready = None
@@ -115,6 +121,8 @@ def _prepare(
         system=system,
         flow=_flow(split.main, layout, wanted, settings),
         rules=wanted,
+        edges=edges,
+        branches=tuple(n for n, k in zip(edges.names, edges.places, strict=True) if k in watched),
         shown=system if wanted is None else wanted.shown,
         commands=_commands(system, wanted) if wanted is not None and wanted.limits else None,
         before=before,
@@ -183,9 +191,10 @@ def _check_formulas(system: System, formulas: Mapping[sp.Symbol, sp.Expr]) -> No
 
 def _flow(main: Kernel, layout: Layout, wanted: Rules | None, settings: Taylor) -> Flow | SwitchedFlow:
     moded = with_modes(main)
+    branched = with_branches(moded.kernel, layout.constants)
     scheme: Kernel | Scheme = main
-    if wanted is not None or moded.guards:
-        scheme = scheme_of(moded, layout, wanted)
+    if wanted is not None or moded.guards or branched.branches:
+        scheme = scheme_of(branched, moded.guards, layout, wanted)
     key = (scheme, layout, settings)
     with _LOCK:
         flow = _FLOWS.get(key)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ulna.base import SimulationError
+from ulna.sim.continuous.at_edge import edge_met
 from ulna.sim.continuous.flow import Flow, Stretch
 from ulna.sim.continuous.prepared import (
     Commands,
@@ -121,7 +122,26 @@ def _integrated(
         kept = np.isin(run.times, times)
         kept[-1] = True
         run = replace(run, times=run.times[kept], states=run.states[kept])
+    if run.outcome in (Outcome.NOT_FINITE, Outcome.STEP_LIMIT):
+        return _at_edge(ready, run, happened, inputs, parameters)
     return run, happened
+
+
+def _at_edge(
+    ready: Prepared,
+    run: Stretch,
+    happened: tuple[Event, ...],
+    inputs: Mapping[str, Input],
+    parameters: Mapping[str, float],
+) -> tuple[Stretch, tuple[Event, ...]]:
+    """The run with the edge of its domain named, if that is where it ended."""
+    states = {s.name: run.states[:, k] for k, s in enumerate(ready.system.states)}
+    name = edge_met(ready.edges, run.times, states, inputs, parameters)
+    if name is None:
+        return run, happened
+    last = Event(time=float(run.times[-1]), kind=EventKind.AT_EDGE, signal=name, state=tuple(run.states[-1].tolist()))
+    before = tuple(event for event in happened if event.kind is not EventKind.NOT_FINITE)
+    return replace(run, outcome=Outcome.EDGE), (*before, last)
 
 
 def _stretches(
@@ -136,7 +156,7 @@ def _stretches(
     flow, sizes = ready.flow, Yardstick(len(state))
     course: Any = None
     if isinstance(flow, SwitchedFlow):
-        course = new_course(flow.motion, ready.rules, float(times[-1] - times[0]))
+        course = new_course(flow.motion, ready.rules, float(times[-1] - times[0]), ready.branches)
     all_times, all_states, outcome = [times[:1]], [state[None, :]], Outcome.FINISHED
     for start, end in pairwise(edges):
         inner = times[np.searchsorted(times, start, side="right") : np.searchsorted(times, end, side="left")]

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ulna.program import MODE
+from ulna.program import MODE, REST
 from ulna.sim.continuous.course import Course, Motion, Scheme
-from ulna.sim.continuous.flow import Stretch, compiled, ended_early, inside, sources, states_of
+from ulna.sim.continuous.flow import Stretch, compiled, ended_early, inside, last_good, sources, states_of
 from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.continuous.yardstick import Yardstick
 from ulna.sim.outcome import Outcome
@@ -66,8 +66,11 @@ class SwitchedFlow:
         integrator = self._integrator(bounded=bounded, divided=course.divisors is not None)
         states = np.empty((len(times), len(initial)))
         states[0], done = initial, 1
+        limit = steps = self._settings.maximum_steps
+        # Steps become ever shorter towards a branch point: one looks now and then.
+        most = min(APPROACH, limit) if self._scheme.branches else limit
         course.enter(float(times[0]), initial, values, float(times[1]))
-        for _ in range(self._settings.maximum_steps):
+        for _ in range(limit):
             while course.outcome is None and done < len(times) and times[done] <= course.time:
                 states[done] = course.state
                 done += 1
@@ -75,27 +78,42 @@ class SwitchedFlow:
                 return _stopped(course, times[:done], states[:done])
             if done == len(times):
                 return Stretch(times=times, states=states, outcome=Outcome.FINISHED)
-            self._set(integrator, course)
-            grid = np.concatenate(([course.time], times[done:]))
-            result = integrator.propagate_grid(grid, max_steps=self._settings.maximum_steps)
-            code, rows, last = result[0], result[5][1:], integrator.state.copy()
-            if course.divisors is not None:
-                rows, last = rows * course.divisors, last * course.divisors
+            code, rows, at, last = self._propagated(integrator, course, times[done:], most)
             states[done : done + len(rows)] = rows
+            done += len(rows)
             if code == self._codes.time_limit:
                 return Stretch(times=times, states=states, outcome=Outcome.FINISHED)
             # heyoka names the event that ended a run by −1 − its place; the bound comes after all others.
             function = -1 - code.value
-            if function not in range(len(self._scheme.functions)):
-                outcome = {self._codes.step_limit: Outcome.STEP_LIMIT, self._codes.err_nf_state: Outcome.NOT_FINITE}
-                course.outcome = outcome.get(code, Outcome.BLEW_UP)
-                at = done + len(rows)
-                return ended_early(initial, times[:at], states[:at], float(integrator.time), last, course.outcome)
-            done += len(rows)
-            course.time, course.state = float(integrator.time), last
-            course.react(function, float(times[min(done, len(times) - 1)]))
+            known = edge = function in range(len(self._scheme.functions))
+            if not known:
+                steps -= most
+                early = {self._codes.step_limit: Outcome.STEP_LIMIT, self._codes.err_nf_state: Outcome.NOT_FINITE}
+                found = early.get(code, Outcome.BLEW_UP)
+                edge = found is not Outcome.BLEW_UP and course.at_edge(at, last)
+                if not edge and (found is not Outcome.STEP_LIMIT or steps <= 0):
+                    course.outcome = found
+                    return ended_early(initial, times[:done], states[:done], at, last, found)
+            course.time, course.state = at, last
+            if known or edge:
+                course.react(function, float(times[min(done, len(times) - 1)]))
         course.outcome = Outcome.STEP_LIMIT
         return _stopped(course, times[:done], states[:done])
+
+    def _propagated(
+        self, integrator: Any, course: Course, times: np.ndarray, steps: int
+    ) -> tuple[Any, np.ndarray, float, np.ndarray]:
+        """(heyoka's code, states at the times that were reached, where it ended, the state there)."""
+        self._set(integrator, course)
+        result = integrator.propagate_grid(np.concatenate(([course.time], times)), max_steps=steps)
+        code, rows, at, last = result[0], result[5][1:], float(integrator.time), integrator.state.copy()
+        if code == self._codes.err_nf_state:
+            self._set(integrator, course)
+            at, last = last_good(integrator, float(times[-1]), steps)
+            rows = rows[: np.searchsorted(times, at, side="right")]
+        if course.divisors is not None:
+            rows, last = rows * course.divisors, last * course.divisors
+        return code, rows, at, last
 
     def _set(self, integrator: Any, course: Course) -> None:
         scheme = self._scheme
@@ -106,8 +124,8 @@ class SwitchedFlow:
         sizes = _ROUNDING * np.abs(course.levels)
         shifts = np.where(np.abs(course.distances()) <= sizes, np.maximum(2.0 * sizes, _TINY / course.weights), 0.0)
         levels = course.levels - course.sides * shifts
-        given = [*course.values[: scheme.layout.first_mode], *course.saturated, *course.modes, *course.contacts]
-        given += [*levels, *sides]
+        given = [*course.values[: scheme.layout.first_mode], *course.saturated, *course.modes, *course.rests]
+        given += [*course.contacts, *levels, *sides]
         if course.divisors is not None:
             given += [*course.divisors.tolist(), *(1.0 / course.divisors).tolist()]
         integrator.pars[:] = given[: len(integrator.pars)]
@@ -125,6 +143,7 @@ class SwitchedFlow:
 
         scheme, layout = self._scheme, self._scheme.layout
         modes = [*layout.saturated, *(f"{MODE}{k}" for k in range(scheme.moded.guards))]
+        modes += [f"{REST}{k}" for k in range(len(scheme.branches))]
         first = layout.first_mode
         own = {name: hy.par[first + k] for k, name in enumerate(modes)}
         first += len(modes)
@@ -146,6 +165,9 @@ class SwitchedFlow:
             events.append(hy.t_event(function, direction=hy.event_direction.negative))
         return compiled(variables, known, rates, self._settings, bounded=bounded, events=events)
 
+
+APPROACH = 2000
+"""Steps after which a run with branch points is looked at: it may come ever closer to one."""
 
 _ROUNDING = 1e-15
 """How close to its level, as part of it, a value cannot be told from it."""

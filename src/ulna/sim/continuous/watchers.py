@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ulna.base import SimulationError
-from ulna.program import Moded
+from ulna.program import Branched, Moded
+from ulna.sim.continuous.branch_watcher import WatchedBranch
 from ulna.sim.continuous.course import REST, Course, Motion, Scheme
 from ulna.sim.continuous.crossing import Crossing
 from ulna.sim.continuous.layout import Layout
 from ulna.sim.continuous.rules import Limit, Rules, Wall
 from ulna.sim.continuous.settling import Settling
+from ulna.sim.continuous.watcher import Watcher
 from ulna.sim.event import Event, EventKind
 from ulna.sim.outcome import Outcome
 
@@ -30,37 +31,28 @@ LOW = 1e-14
 """A rebound that rises by less than this part of the bound rests."""
 
 
-class Watcher(ABC):
-    """Something that is looked out for by some event functions, given by their numbers."""
-
-    def __init__(self, functions: range) -> None:
-        self.functions = functions
-
-    @abstractmethod
-    def begin(self, at: Course) -> None:
-        """Set sides and modes; an input may have jumped since the stretch before."""
-
-    @abstractmethod
-    def crossed(self, at: Course, function: int) -> None:
-        """Its function is about to change sides."""
-
-    def decide(self, at: Course) -> None:  # noqa: B027
-        """After an event: look again at what stood at zero, as a velocity does at an end stop."""
-
-    def last(self) -> tuple[Event, ...]:
-        """What can be told only when the run has reached its end."""
-        return ()
-
-
-def scheme_of(moded: Moded, layout: Layout, wanted: Rules | None) -> Scheme:
-    """What is compiled for a kernel whose watched values are those of `Rules.watched`, then the guards."""
+def scheme_of(branched: Branched, guards: int, layout: Layout, wanted: Rules | None) -> Scheme:
+    """What is compiled for a kernel that shows the values of `Rules.watched`, the guards, then its branches."""
     count = 0 if wanted is None else len(wanted.watched)
     return Scheme(
-        moded=moded,
+        moded=Moded(kernel=branched.kernel, guards=guards),
+        branches=branched.branches,
         layout=layout,
         walls=() if wanted is None else tuple((wall.position, wall.velocity) for wall in wanted.walls),
-        functions=(*_places(wanted), *range(count, count + moded.guards)),
+        functions=(
+            *_places(wanted),
+            *range(count, count + guards),
+            *_places_of_branches(branched, count + guards),
+        ),
     )
+
+
+def _places_of_branches(branched: Branched, place: int) -> Iterator[int]:
+    """For each branch the functions that change sign, then twice its distance from the edge: above and below it."""
+    for branch in branched.branches:
+        yield from range(place, place + branch.signs)
+        yield from (place + branch.signs, place + branch.signs)
+        place += branch.signs + 1
 
 
 def _places(wanted: Rules | None) -> Iterator[int]:
@@ -79,11 +71,19 @@ def _places(wanted: Rules | None) -> Iterator[int]:
         place += 1
 
 
-def new_course(motion: Motion, wanted: Rules | None, span: float) -> Course:
-    """The course of a run that has not begun."""
+def new_course(motion: Motion, wanted: Rules | None, span: float, names: Sequence[str]) -> Course:
+    """The course of a run that has not begun; `names` tell what happens at each branch."""
     scheme = motion.scheme
     functions = len(scheme.functions)
-    jumps = WatchedJumps(range(functions - scheme.moded.guards, functions))
+    free = functions - sum(branch.signs + 2 for branch in scheme.branches) - scheme.moded.guards
+    jumps = WatchedJumps(range(free, free + scheme.moded.guards))
+    branches: list[Watcher] = []
+    free += scheme.moded.guards
+    # Jumps that are decided may leave fewer roots.
+    names = names if len(names) == len(scheme.branches) else ["a root reaches 0"] * len(scheme.branches)
+    for k, (branch, name) in enumerate(zip(scheme.branches, names, strict=True)):
+        branches.append(WatchedBranch(range(free, free + branch.signs + 2), branch, k, name))
+        free += branch.signs + 2
     watchers: list[Watcher] = []
     free = 0
 
@@ -95,7 +95,7 @@ def new_course(motion: Motion, wanted: Rules | None, span: float) -> Course:
     if wanted is not None:
         watchers += [WatchedLimit(take(2), limit, k) for k, limit in enumerate(wanted.limits)]
         # Commands may jump, and jumps may depend on what is limited.
-        watchers = [jumps, *watchers, jumps]
+        watchers = [jumps, *branches, *watchers, jumps]
         watchers += [WatchedWall(take(3), wall, k) for k, wall in enumerate(wanted.walls)]
         for wish in wanted.reported:
             settles = isinstance(wish, Settling)
@@ -107,10 +107,11 @@ def new_course(motion: Motion, wanted: Rules | None, span: float) -> Course:
         modes=[0.0] * scheme.moded.guards,
         saturated=[0.0] * len(scheme.layout.saturated),
         contacts=[0.0] * len(scheme.walls),
+        rests=[0.0] * len(scheme.branches),
         sides=np.zeros(functions),
         levels=np.zeros(functions),
         weights=np.ones(functions),
-        watchers=watchers or [jumps],
+        watchers=watchers or [jumps, *branches],
     )
 
 
@@ -144,6 +145,10 @@ class WatchedJumps(Watcher):
         for function in self.functions:
             if not at.sides[function]:
                 at.sides[function] = at.modes[function - self.functions.start] = at.side(function)
+
+    def jumped(self, at: Course) -> None:
+        """See `Watcher`."""
+        self.begin(at)
 
 
 class WatchedLimit(Watcher):
