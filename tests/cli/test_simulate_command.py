@@ -174,8 +174,8 @@ def test_what_does_not_fit_the_loop_is_refused(written, arguments, reason):
         (["--controller", "nowhere.toml"], "it cannot be read"),
         (["--reference", "y=1"], "the loop follows no reference. Add --set-point or --track"),
         ([*POLES, "--track", "--reference", "y=abs(sin(t))"], "derivative 2 of it does not exist"),
-        (["--set", "m2=4 m"], "'m' measures length, due is mass. Write it in kg."),
-        (["--initial", "theta=1 kg"], "'kg' measures mass, due is a pure number or an angle"),
+        (["--set", "m2=4 m"], "'m' measures length, expected mass. Write it in kg."),
+        (["--initial", "theta=1 kg"], "'kg' measures mass, expected a pure number or an angle"),
         (["--input", "u=2 t"], "no operator between"),
     ],
 )

@@ -65,6 +65,23 @@ def test_formulas_are_read_exactly(text, expected):
         ("sqrt(-1)", "not real"),
         ("x < y", "comparison"),
         ("(" * 500 + "x" + ")" * 500, "nested"),
+        ("**".join("x" * 600_000), "nested"),
+        ("sin(" * 200 + "x" + ")" * 200, "nested"),
+        ("min(x, log(-1))", "not real"),
+        ("max(x, ln(0))", "logarithm of zero"),
+        ("abs(log(-2) + x)", "not real"),
+        ("(-8)**(1/3)*x", "not real.*real root"),
+        ("sqrt(-1)*x", "not real"),
+        ("asin(2)*x", "not real"),
+        ("Piecewise((1, x > log(-1)), (2, True))", "not real"),
+        ("min(0/0, x)", "divides by zero"),
+        ("x + True", "comparison stands where a number"),
+        ("sin(x < 1)", "comparison stands where a number"),
+        ("x**(x < 1)", "comparison stands where a number"),
+        ("Rational(1, 0)*x", "two numbers"),
+        ("exp(exp(exp(exp(9))))*x", "digits"),
+        ("pi**exp(exp(9))", "digits"),
+        ("1" * 5000 + "*x", "too long"),
     ],
 )
 def test_what_is_no_formula_is_refused_with_its_reason(text, reason):
@@ -104,3 +121,17 @@ def test_exact_takes_decimals_by_their_text():
     for wrong in (float("nan"), float("inf"), True):
         with pytest.raises(ValueError, match="number"):
             exact(wrong)
+
+
+@pytest.mark.parametrize("text", ["1e-999999999", "1e999999999", "7" * 5000, "1/0", "one"])
+def test_numbers_that_nobody_means_are_refused_at_once(text):
+    with pytest.raises((ValueError, TypeError)):
+        exact(text)
+
+
+def test_a_tree_at_the_limit_is_written_and_read_back():
+    tower = x
+    for _ in range(149):
+        tower = sp.Pow(x, tower)
+    assert parse_formula("**".join("x" * 150), NAMES) == tower
+    assert parse_formula(formula(tower), NAMES) == tower

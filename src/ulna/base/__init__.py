@@ -12,6 +12,7 @@ from ulna.base.errors import (
     UlnaWarning,
     UnitError,
 )
+from ulna.base.files import whole_file
 from ulna.base.units import Dimension, Unit, dimension_text, unit
 from ulna.base.verdict import Status, Verdict, all_of
 
@@ -33,4 +34,5 @@ __all__ = [
     "all_of",
     "dimension_text",
     "unit",
+    "whole_file",
 ]

@@ -22,7 +22,14 @@ class UlnaError(Exception):
 
     def __str__(self) -> str:
         text = f"{self.asked}: {self.found}"
-        return f"{text} {self.hint}" if self.hint else text
+        return _printable(f"{text} {self.hint}" if self.hint else text)
+
+
+def _printable(text: str) -> str:
+    """The text with control characters spelt out: names of others must not steer the terminal they are shown on."""
+    if text.isprintable():
+        return text
+    return "".join(sign if sign.isprintable() or sign in "\n\t" else ascii(sign)[1:-1] for sign in text)
 
 
 class UlnaWarning(UserWarning):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ulna.base import SimulationError
+from ulna.base import SimulationError, whole_file
 from ulna.cli.asked_plant import plant_in_file
 from ulna.cli.asked_run import Run, run_of
 from ulna.cli.option_groups import with_groups
@@ -16,6 +16,10 @@ from ulna.cli.terminal import console, print_json, progress
 
 if TYPE_CHECKING:
     from ulna.sim import Trajectory
+
+
+MOST_SAMPLES = 10_000_000
+"""Of one run, which is held in memory."""
 
 
 @with_groups
@@ -35,7 +39,7 @@ def simulate(
         list[str] | None,
         typer.Option(metavar="OUTPUT[=TARGET]", help="Report when an output stays in its 2 % band: 'y', 'y=0.5'."),
     ] = None,
-    samples: Annotated[int, typer.Option(help="Number of output times.", min=2)] = 501,
+    samples: Annotated[int, typer.Option(help="Number of output times.", min=2, max=MOST_SAMPLES)] = 501,
     out: Annotated[Path | None, typer.Option(help="Write the run: a .nc (netCDF) or .csv file.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the run: a .png, .svg or .pdf file.")] = None,
     as_json: AsJson = False,
@@ -103,9 +107,10 @@ def write_trajectory(trajectory: Trajectory, path: Path) -> None:
     """
     if path.suffix == ".csv":
         try:
-            trajectory.to_pandas().to_csv(path)
+            with whole_file(path) as file:
+                file.write(trajectory.to_pandas().to_csv().encode())
         except OSError as error:
-            raise SimulationError(f"the file '{path}'", f"it cannot be written ({error.strerror}).") from None
+            raise SimulationError(f"the file '{path}'", f"it cannot be written ({error.strerror or error}).") from None
     elif path.suffix == ".nc":
         trajectory.to_netcdf(path)
     else:

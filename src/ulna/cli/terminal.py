@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 from typer.core import TyperGroup
@@ -20,20 +21,44 @@ if TYPE_CHECKING:
 
 
 class UlnaGroup(TyperGroup):
-    """Commands whose user errors end in one clear message and exit status 2, without a traceback."""
+    """Commands whose user errors end in one clear message and exit status 2, without a traceback.
+
+    The status is 0 where all was done and 1 where a run or a check failed, memory or the disk ran out.
+    """
+
+    def main(self, *args: Any, **keywords: Any) -> Any:
+        """Read the command line and run the command."""
+        warnings.showwarning = _show_warning
+        try:
+            try:
+                return super().main(*args, **keywords)
+            finally:
+                sys.stdout.flush()
+        except OSError as error:
+            # What is still to be written has no place to go, and must not be tried again at the end.
+            with suppress(OSError, ValueError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            _end(f"{error.filename or 'standard output'}: {error.strerror or error}.", 1)
+        except MemoryError:
+            _end("memory: there is not enough for this. Ask for fewer samples or runs, or a smaller plant.", 1)
+        except RecursionError:
+            _end("formulas: they are nested too deeply to be worked on. Use definitions for their parts.", 2)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
-        warnings.showwarning = _show_warning
         try:
             return super().invoke(ctx)
         except UlnaError as error:
-            typer.secho(f"error: {in_terminal_words(str(error))}", fg=typer.colors.RED, err=True)
-            raise typer.Exit(2) from None
+            _end(in_terminal_words(str(error)), 2)
         except BrokenPipeError:
             # The reader (head, less) went away; there is nobody left to tell.
             sys.stderr.close()
             raise typer.Exit(0) from None
+
+
+def _end(message: str, status: int) -> NoReturn:
+    typer.secho(f"error: {message}", fg=typer.colors.RED, err=True)
+    sys.exit(status)
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *_place: Any) -> None:

@@ -124,7 +124,13 @@ class LinearQuadratic(AbstractGainRule):
         order = len(weights)
         last = np.zeros((order, 1))
         last[-1, 0] = 1.0
-        riccati = solve_continuous_are(np.eye(order, k=1), last, np.diag(weights), np.array([[self.input_weight]]))
+        try:
+            riccati = solve_continuous_are(np.eye(order, k=1), last, np.diag(weights), np.array([[self.input_weight]]))
+        except (np.linalg.LinAlgError, ValueError) as error:
+            hint = "Choose weights within some ten decades of each other."
+            raise DesignError(
+                "linear-quadratic weights", f"the Riccati equation has no solution in numbers ({error}).", hint
+            ) from None
         gains = (last.T @ riccati / self.input_weight).ravel()
         return tuple(exact(float(f"{gain:.12g}")) for gain in gains)
 

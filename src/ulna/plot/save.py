@@ -6,7 +6,6 @@ import io
 import re
 from pathlib import Path
 from typing import Any, Final
-from uuid import uuid4
 
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -14,7 +13,7 @@ from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from ulna.base import UlnaError
+from ulna.base import UlnaError, whole_file
 
 FORMATS: Final = ("svg", "png", "pdf")
 """File name endings that `save_figure` writes."""
@@ -44,7 +43,7 @@ def svg_text(figure: Figure, *, prefix: str = "") -> str:
 def save_figure(figure: Figure, path: str | Path, *, dots_per_inch: float = 160.0) -> Path:
     """Write the figure to `path`, in the format its ending names (svg, png, pdf), and return the path.
 
-    The file is written beside its place and moved there, so that a failure leaves nothing half-written.
+    A failure leaves nothing half-written.
 
     Raises:
         UlnaError: an ending that is none of the formats, or a place that cannot be written.
@@ -58,14 +57,12 @@ def save_figure(figure: Figure, path: str | Path, *, dots_per_inch: float = 160.
             "Use " + ", ".join(f".{name}" for name in FORMATS) + ".",
         )
     data = _render(figure, suffix, dots_per_inch)
-    beside = target.with_name(f".{target.name}.{uuid4().hex[:8]}")
     try:
-        beside.write_bytes(data)
-        beside.replace(target)
+        with whole_file(target) as file:
+            file.write(data)
     except OSError as error:
-        if beside.exists():
-            beside.unlink()
-        raise UlnaError(f"a figure in the file '{target}'", f"it cannot be written: {error.strerror}.") from error
+        found = f"it cannot be written: {error.strerror or error}."
+        raise UlnaError(f"a figure in the file '{target}'", found) from error
     return target
 
 

@@ -70,11 +70,19 @@ def from_control(given: Any) -> System:
 
     Raises:
         OptionalDependencyError: without python-control.
-        SimulationError: a nonlinear system, one in discrete time, or names that are no names of formulas.
+        SimulationError: a nonlinear system, one in discrete time, without a realisation or with entries that are not
+            finite.
+        PlantError: names that are no names of formulas.
     """
     library = _library()
     if isinstance(given, library.TransferFunction):
-        given = library.tf2ss(given)
+        try:
+            given = library.tf2ss(given)
+        except (ArithmeticError, NotImplementedError, TypeError, ValueError) as error:
+            hint = "Give it as a state-space system; a differentiator needs a filter."
+            raise SimulationError(
+                f"'{given.name}' of python-control", f"it has no realisation ({error}).", hint
+            ) from None
     asked = f"'{getattr(given, 'name', given)}' of python-control"
     if not isinstance(given, library.StateSpace):
         raise SimulationError(
@@ -87,6 +95,8 @@ def from_control(given: Any) -> System:
     x, u, y = (_labels(labels) for labels in (given.state_labels, given.input_labels, given.output_labels))
     symbols = sp.Matrix([s.symbol for s in (*x, *u)])
     rows = np.block([[given.A, given.B], [given.C, given.D]])
+    if not np.isfinite(rows).all():
+        raise SimulationError(asked, "an entry of its matrices is not finite.", "Give numbers.")
     formulas = [sum((exact(float(v)) * s for v, s in zip(row, symbols, strict=True) if v), sp.S.Zero) for row in rows]
     return System(
         name=str(given.name),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ulna.base import SimulationError
+from ulna.base import SimulationError, whole_file
 from ulna.program import Kernel, to_numpy
 from ulna.sim.cache import IdentityCache
 from ulna.sim.event import Event
@@ -129,14 +129,11 @@ class Trajectory:
             SimulationError: a place that cannot be written.
         """
         target = Path(path)
-        part = target.with_name(f".{target.name}.{os.getpid()}.part")
         try:
-            _write_netcdf(self, part)
-            part.replace(target)
+            with whole_file(target) as file:
+                file.write(_netcdf(self))
         except OSError as error:
             raise _unwritable(target, error) from error
-        finally:
-            part.unlink(missing_ok=True)
         return target
 
     def _attributes(self) -> dict[str, str | float]:
@@ -178,21 +175,26 @@ def _attributes(signal: Signal, role: str) -> dict[str, str]:
     return {"units": signal.unit, "long_name": signal.text or signal.name, "role": role}
 
 
-def _write_netcdf(run: Trajectory, path: Path) -> None:
-    """What `to_xarray` holds, as a file; written without xarray and pandas, whose import costs a second."""
+def _netcdf(run: Trajectory) -> bytes:
+    """What `to_xarray` holds, as the bytes of a file; made without xarray and pandas, whose import costs a second."""
     from scipy.io import netcdf_file
 
-    with netcdf_file(path, "w", version=2) as file:
+    buffer = io.BytesIO()
+    with netcdf_file(buffer, "w", version=2) as file:
         file.createDimension("time", len(run.times))
         rows = [("time", run.times, {"units": "s"})]
         rows += [(label, values, _attributes(signal, role)) for label, signal, role, values in run._labelled()]
-        for label, values, attributes in rows:
-            variable = file.createVariable(label, "d", ("time",))
+        for place, (label, values, attributes) in enumerate(rows):
+            # SciPy writes and reads Latin letters only.
+            plain = label.isascii()
+            variable = file.createVariable(label if plain else f"column_{place}", "d", ("time",))
             variable[:] = values
-            for name, text in attributes.items():
+            for name, text in (attributes if plain else attributes | {"name": label}).items():
                 setattr(variable, name, text.encode())
         for name, value in run._attributes().items():
-            setattr(file, name, value.encode() if isinstance(value, str) else value)
+            setattr(file, name.encode("ascii", "backslashreplace").decode(), value.encode() if isinstance(value, str) else value)
+        file.flush()
+        return buffer.getvalue()
 
 
 def _readouts(system: System) -> Kernel:

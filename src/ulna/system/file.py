@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
+import re
 import tomllib
 from collections.abc import Mapping
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from ulna.base import PlantError
+from ulna.base import PlantError, whole_file
 from ulna.system.holder import SystemLike
 from ulna.system.schema import system_from_mapping, system_to_mapping
 from ulna.system.system import System
+
+LARGEST_FILE = 20_000_000
+"""Bytes of a plant file."""
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def read_system(path: str | os.PathLike[str]) -> System:
@@ -26,13 +30,20 @@ def read_system(path: str | os.PathLike[str]) -> System:
     """
     place = Path(path)
     try:
-        text = place.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        if place.exists() and not place.is_file():
+            raise PlantError(f"plant file '{place}'", "this is no file but a folder, a pipe or a device.")
+        if place.stat().st_size > LARGEST_FILE:
+            found = f"it is larger than {LARGEST_FILE // 1_000_000} MB."
+            raise PlantError(f"plant file '{place}'", found, "Is it a plant?")
+        # Some editors put a byte order mark in front.
+        text = place.read_text(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a UTF-8 text"
         raise PlantError(f"plant file '{place}'", f"it cannot be read ({reason}).", "Check the path.") from None
-    if place.suffix == ".json":
-        return system_from_mapping(_json(text, place), where=str(place))
-    return system_from_mapping(_toml(text, place), where=str(place))
+    data = _read(text, place)
+    if not isinstance(data, dict):
+        raise PlantError(f"plant file '{place}'", "a JSON object is due at the top.")
+    return system_from_mapping(data, where=str(place))
 
 
 def write_system(system: SystemLike, path: str | os.PathLike[str]) -> None:
@@ -41,34 +52,26 @@ def write_system(system: SystemLike, path: str | os.PathLike[str]) -> None:
     data = system_to_mapping(system)
     text = json.dumps(data, indent=2) + "\n" if place.suffix == ".json" else _toml_text(data)
     try:
-        handle, temporary = tempfile.mkstemp(dir=place.parent, prefix=f".{place.name}.")
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(text)
-        Path(temporary).replace(place)
+        with whole_file(place) as file:
+            file.write(text.encode())
     except OSError as error:
-        raise PlantError(f"plant file '{place}'", f"it cannot be written ({error.strerror}).") from None
+        raise PlantError(f"plant file '{place}'", f"it cannot be written ({error.strerror or error}).") from None
 
 
-def _toml(text: str, place: Path) -> dict[str, Any]:
+def _read(text: str, place: Path) -> Any:
+    asked, kind = f"plant file '{place}'", "JSON" if place.suffix == ".json" else "TOML"
     try:
-        return tomllib.loads(text, parse_float=Decimal)
-    except tomllib.TOMLDecodeError as error:
-        shown = ""
-        for word in str(error).replace(")", " ").replace(",", " ").split("line ")[1:2]:
-            number = int(word.split()[0])
-            lines = text.splitlines()
-            shown = f" Line {number}: {lines[number - 1].strip()}" if 0 < number <= len(lines) else ""
-        raise PlantError(f"plant file '{place}'", f"it is not valid TOML: {error}.{shown}") from None
-
-
-def _json(text: str, place: Path) -> dict[str, Any]:
-    try:
-        data = json.loads(text, parse_float=Decimal)
-    except json.JSONDecodeError as error:
-        raise PlantError(f"plant file '{place}'", f"it is not valid JSON: {error}.") from None
-    if not isinstance(data, dict):
-        raise PlantError(f"plant file '{place}'", "a JSON object is due at the top.")
-    return data
+        return (json.loads if kind == "JSON" else tomllib.loads)(text, parse_float=Decimal)
+    except RecursionError:
+        raise PlantError(asked, "its tables or lists are nested too deeply.") from None
+    except ValueError as error:  # what both raise for syntax, and Python for integers of thousands of digits
+        number = re.search(r"at line (\d+)", str(error))
+        lines = text.splitlines()[int(number[1]) - 1 :] if number else []
+        shown = f" Line {number[1]}: {lines[0].strip()[:100]}" if number and lines else ""
+        hint = (
+            'Names with other letters than A to Z stand in quotes: "θ" = …' if shown and not lines[0].isascii() else ""
+        )
+        raise PlantError(asked, f"it is not valid {kind}: {str(error).partition(';')[0]}.{shown}", hint) from None
 
 
 def _toml_text(data: Mapping[str, Any]) -> str:
@@ -76,17 +79,19 @@ def _toml_text(data: Mapping[str, Any]) -> str:
     for key, value in data.items():
         if isinstance(value, Mapping):
             lines += ["", f"[{key}]"]
-            lines += [f"{name} = {_toml_value(entry)}" for name, entry in value.items()]
+            lines += [_toml_line(name, entry) for name, entry in value.items()]
         else:
-            lines.append(f"{key} = {_toml_value(value)}")
+            lines.append(_toml_line(key, value))
     return "\n".join(lines) + "\n"
+
+
+def _toml_line(key: str, value: Any) -> str:
+    return f"{key if _BARE.fullmatch(key) else _toml_value(key)} = {_toml_value(value)}"
 
 
 def _toml_value(value: Any) -> str:
     if isinstance(value, Mapping):
-        return (
-            "{ " + ", ".join(f"{key} = {_toml_value(inner)}" for key, inner in value.items()) + " }" if value else "{}"
-        )
+        return f"{{ {', '.join(_toml_line(key, inner) for key, inner in value.items())} }}" if value else "{}"
     if isinstance(value, list):
         return "[" + ", ".join(_toml_value(inner) for inner in value) + "]"
     # JSON's string escapes are TOML's basic-string escapes.

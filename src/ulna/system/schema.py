@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Mapping
 from decimal import Decimal
 from graphlib import CycleError, TopologicalSorter
@@ -19,6 +20,8 @@ from ulna.system.system import System
 
 _SECTIONS = ("parameters", "definitions", "states", "inputs", "outputs", "operating_point")
 _TOP = ("format", "name", "text", "source", "dimensions", "catalogue")  # the last is read by the catalogue alone
+_LONGEST = 100
+"""Letters of a name: it stands in tables, figures and the names of files."""
 _SIGNAL_KEYS = {"unit", "text", "range"}
 _KEYS: Mapping[str, set[str]] = {
     "parameters": _SIGNAL_KEYS | {"value", "source"},
@@ -44,9 +47,9 @@ def system_from_mapping(data: Mapping[str, Any], *, where: str = "plant") -> Sys
     definitions = _definitions(data.get("definitions", {}), names, where)
     names |= {d.name: d.symbol for d in definitions}
     system = System(
-        name=str(data.get("name", Path(where).stem)),
-        text=str(data.get("text", "")),
-        source=str(data.get("source", "")),
+        name=_words(data, "name", where) or Path(where).stem,
+        text=_words(data, "text", where),
+        source=_words(data, "source", where),
         states=states,
         rates=_equations(data, "states", names, where),
         inputs=inputs,
@@ -114,6 +117,11 @@ def _check_shape(data: Mapping[str, Any], where: str) -> None:
             raise PlantError(f"[{section}] in {where}", "a table is due.", f"Write [{section}] and one line per entry.")
     for section, keys in _KEYS.items():
         for name, entry in data.get(section, {}).items():
+            if len(name) > _LONGEST:
+                raise PlantError(f"{section} '{name[:20]}…' in {where}", f"its name has {len(name)} letters.")
+            if section == "inputs" and not isinstance(entry, Mapping):
+                found = f"a table is due, {_shown(entry)} was found."
+                raise PlantError(f"{section} '{name}' in {where}", found, f'Write {name} = {{ unit = "V" }}, say.')
             for key in entry if isinstance(entry, Mapping) else ():
                 if key not in keys:
                     known = ", ".join(sorted(keys))
@@ -135,15 +143,16 @@ def _signals(data: Mapping[str, Any], section: str, where: str) -> tuple[Signal,
     signals = []
     for name, entry in data.get(section, {}).items():
         row = entry if isinstance(entry, Mapping) else {}
-        text = str(row.get("unit", ""))
+        asked = f"{section} '{name}' in {where}"
+        text = _unit(row, asked)
         if not unit(text).coherent:
             raise PlantError(
-                f"{section} '{name}' in {where}",
+                asked,
                 f"its unit '{text}' is not coherent with SI.",
                 "Signals are SI inside: write rad, m, A, V. Parameters may carry any unit.",
             )
-        lower, upper = _range(row, f"{section} '{name}' in {where}")
-        signals.append(Signal(name=name, unit=text, text=str(row.get("text", "")), lower=lower, upper=upper))
+        lower, upper = _range(row, asked)
+        signals.append(Signal(name=name, unit=text, text=_words(row, "text", asked), lower=lower, upper=upper))
     return tuple(signals)
 
 
@@ -154,16 +163,15 @@ def _parameter(name: str, entry: Any, where: str) -> Parameter:
     lower, upper = _range(row, asked)
     if value is not None and ((lower is not None and value < lower) or (upper is not None and value > upper)):
         raise PlantError(asked, f"its value {value} lies outside its range [{lower}, {upper}].")
-    text = str(row.get("unit", ""))
-    unit(text)
+    text = _unit(row, asked)
     return Parameter(
         name=name,
         value=value,
         unit=text,
-        text=str(row.get("text", "")),
+        text=_words(row, "text", asked),
         lower=lower,
         upper=upper,
-        source=str(row.get("source", "")),
+        source=_words(row, "source", asked),
     )
 
 
@@ -179,14 +187,41 @@ def _range(row: Mapping[str, Any], asked: str) -> tuple[sp.Expr | None, sp.Expr 
     return lower, upper
 
 
-def _number(value: Any, asked: str) -> sp.Expr:
+def _words(row: Mapping[str, Any], key: str, asked: str) -> str:
+    """The text under a key; empty where there is none."""
+    text = row.get(key, "")
+    if not isinstance(text, str):
+        raise PlantError(asked, f"{key} = {_shown(text)} is no text.", f'Write {key} = "…".')
+    if any(unicodedata.category(sign) in ("Cc", "Cs") and sign not in "\n\t" for sign in text):
+        raise PlantError(asked, f"{key} holds a control character: {_shown(text)}.", "Write letters and signs alone.")
+    return text
+
+
+def _unit(row: Mapping[str, Any], asked: str) -> str:
+    """The text of a unit that is known."""
+    text = _words(row, "unit", asked)
     try:
-        if isinstance(value, str):
-            number = parse_formula(value, {}, where=asked)
-            return number
+        unit(text)
+    except UnitError as error:
+        raise UnitError(f"{error.asked} of {asked}", error.found, error.hint) from None
+    return text
+
+
+def _shown(value: object) -> str:
+    """A value of a file as a message shows it."""
+    if isinstance(value, int) and abs(value) > 10**30:
+        return "an integer of many digits"
+    text = str(value) if isinstance(value, int | Decimal) else repr(value)
+    return text if len(text) <= 70 else f"{text[:69]}…"
+
+
+def _number(value: Any, asked: str) -> sp.Expr:
+    if isinstance(value, str):
+        return parse_formula(value, {}, where=asked)
+    try:
         return exact(value)
     except (ValueError, TypeError):
-        raise PlantError(asked, f"{value} is not a finite number.", "Give a number such as 0.1.") from None
+        raise PlantError(asked, f"{_shown(value)} is not a finite number.", "Give a number such as 0.1.") from None
 
 
 def _equations(data: Mapping[str, Any], section: str, names: Mapping[str, sp.Expr], where: str) -> tuple[sp.Expr, ...]:
@@ -196,8 +231,13 @@ def _equations(data: Mapping[str, Any], section: str, names: Mapping[str, sp.Exp
         text = entry.get("equation") if isinstance(entry, Mapping) else entry
         if text is None:
             raise PlantError(asked, "it is missing.", 'Add equation = "…".')
-        found.append(sp.Integer(text) if isinstance(text, int) else parse_formula(text, names, where=asked))
+        found.append(_formula(text, names, asked))
     return tuple(found)
+
+
+def _formula(text: Any, names: Mapping[str, sp.Expr], asked: str) -> sp.Expr:
+    """A formula, or a number in its place."""
+    return parse_formula(text, names, where=asked) if isinstance(text, str) else _number(text, asked)
 
 
 def _definitions(rows: Mapping[str, Any], names: Mapping[str, sp.Expr], where: str) -> tuple[Definition, ...]:
@@ -210,13 +250,10 @@ def _definitions(rows: Mapping[str, Any], names: Mapping[str, sp.Expr], where: s
         asked = f"definition '{name}' in {where}"
         text = entry
         if isinstance(entry, Mapping):
-            text, units[name] = entry.get("zero"), str(entry.get("unit", ""))
-            unit(units[name])
+            text, units[name] = entry.get("zero"), _unit(entry, asked)
             if text is None:
                 raise PlantError(asked, "a table without `zero`.", 'Write { zero = "what it makes zero", unit = "…" }.')
-        formulas[name] = (
-            exact(text) if isinstance(text, int | Decimal | float) else parse_formula(text, known, where=asked)
-        )
+        formulas[name] = _formula(text, known, asked)
     # An implicit one is found after all others, which may use it: it waits for nobody and nobody for it.
     explicit = [name for name in formulas if name not in units]
     needs = {name: [s.name for s in formulas[name].free_symbols if s.name in explicit] for name in explicit}

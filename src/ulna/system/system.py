@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import PlantError
-from ulna.symbolic.formulas import RESERVED, exact, listing
+from ulna.symbolic.formulas import RESERVED, check_power, exact, listing, without_value
 from ulna.symbolic.solving import solve_affine
 from ulna.system.signal import Definition, Parameter, Signal, from_si
 
@@ -111,16 +111,15 @@ class System:
         else:
             numbers = {self._parameter(name).symbol: exact(value) for name, value in values.items()}
         fixed = {symbol.name for symbol in numbers}
-        rates = tuple(e.xreplace(numbers) for e in self.inline(self.rates))
-        readouts = tuple(e.xreplace(numbers) for e in self.inline(self.readouts))
+        rates, readouts = (_in_numbers(self.inline(e), numbers, self.name) for e in (self.rates, self.readouts))
         for name, expression in zip((*self.states, *self.outputs), (*rates, *readouts), strict=True):
-            if expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo):
+            if found := without_value(expression):
                 zeros = [s.name for s, v in numbers.items() if v == 0]
                 raise PlantError(
                     f"'{self.name}' with its parameter values",
-                    f"the formula of '{name.name}' divides by zero"
+                    f"the formula of '{name.name}' {found}"
                     + (f" (zero parameters: {', '.join(zeros)})." if zeros else "."),
-                    "Give those parameters values that keep it finite.",
+                    "Give the parameters values that keep it finite and real.",
                 )
         return replace(
             self,
@@ -165,6 +164,19 @@ class System:
         return system_latex({s.name: e for s, e in zip(self.states, self.rates, strict=True)}, readouts)
 
 
+def _in_numbers(expressions: Iterable[sp.Expr], numbers: Mapping[sp.Symbol, sp.Expr], name: str) -> tuple[sp.Expr, ...]:
+    """The expressions with numbers put in, every power of a parameter sized before it is computed."""
+    found = []
+    for expression in expressions:
+        powers = [p for p in expression.atoms(sp.Pow) if not p.exp.is_number and p.exp.free_symbols <= numbers.keys()]
+        for power in sorted(powers, key=sp.Expr.count_ops):
+            check_power(
+                power.base.xreplace(numbers), power.exp.xreplace(numbers), f"'{name}' with its parameter values"
+            )
+        found.append(expression.xreplace(numbers))
+    return tuple(found)
+
+
 def _check_counts(system: System) -> None:
     for what, left, right in (
         ("states and rates", system.states, system.rates),
@@ -190,6 +202,9 @@ def _check_names(system: System) -> None:
                 )
             if item.name in RESERVED:
                 raise PlantError(f"{kind} '{item.name}' of '{system.name}'", "the name is a function or constant.")
+            if item.name == "time":
+                found = "results have an axis of this name."
+                raise PlantError(f"{kind} '{item.name}' of '{system.name}'", found, "Call it clock, say.")
             if item.name in kinds:
                 raise PlantError(
                     f"{kind} '{item.name}' of '{system.name}'",

@@ -49,7 +49,7 @@ def from_text(text: str) -> Any:
     """
     try:
         return _decoded(json.loads(text))
-    except (UlnaError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (UlnaError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
         raise CampaignError("settings of a campaign", f"they cannot be read ({error}).") from None
 
 

@@ -16,11 +16,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from ulna.base import whole_file
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.store.batch_file import fingerprint
 from ulna.campaign.store.library_versions import check_versions
 from ulna.campaign.store.store import Batch, Manifest, Store
-from ulna.campaign.store.whole_file import whole_file
 
 MANIFEST = "campaign.json"
 BATCHES = "batches"
@@ -195,7 +195,7 @@ def open_folder(path: Path) -> FolderStore:
         raise CampaignError(f"the result folder '{path}'", f"there is no {MANIFEST} in it.") from None
     except OSError as error:
         raise _unreadable(path, error) from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise CampaignError(f"'{path / MANIFEST}'", f"it is truncated or no JSON ({error}).") from None
     try:
         return FolderStore(path, Manifest.from_mapping(data))

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from ulna.base import whole_file
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.runs import Column, Experiment, columns, experiment_of
 from ulna.campaign.store.batch_file import label, netcdf_columns, unpacked
 from ulna.campaign.store.folder import open_folder
 from ulna.campaign.store.netcdf_writer import MOST_ROWS, NetcdfColumn, write_netcdf
 from ulna.campaign.store.store import Store
-from ulna.campaign.store.whole_file import whole_file
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -13,6 +13,8 @@ Batch = tuple[int, int]
 
 FORMAT = 2
 """Of the manifest."""
+MOST_BATCHES = 10_000_000
+"""Each is a file."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,11 +55,16 @@ class Manifest:
         """
         if data["format"] != FORMAT:
             raise ValueError(f"format {data['format']} instead of {FORMAT}")
+        runs, batch_size = data["runs"], data["batch_size"]
+        if not (isinstance(runs, int) and isinstance(batch_size, int) and batch_size >= 1 and 1 <= runs <= 10**12):
+            raise ValueError(f"{runs!r} runs in batches of {batch_size!r}")
+        if runs > batch_size * MOST_BATCHES:
+            raise ValueError(f"{runs // batch_size} batches, at most {MOST_BATCHES} are possible")
         return cls(
             settings=json.dumps(data["settings"], ensure_ascii=False, allow_nan=False, separators=(",", ":")),
             versions=dict(data["versions"]),
-            runs=int(data["runs"]),
-            batch_size=int(data["batch_size"]),
+            runs=runs,
+            batch_size=batch_size,
         )
 
 

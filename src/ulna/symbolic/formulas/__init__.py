@@ -1,11 +1,12 @@
 """Formulas as text: parsing without running anything, printing for people, LaTeX."""
 
 from ulna.symbolic.formulas.latex import equation_latex, expression_latex, system_latex
-from ulna.symbolic.formulas.parse import RESERVED, is_elementary, parse_formula
+from ulna.symbolic.formulas.parse import RESERVED, check_power, is_elementary, parse_formula, without_value
 from ulna.symbolic.formulas.text import exact, formula, listing
 
 __all__ = [
     "RESERVED",
+    "check_power",
     "equation_latex",
     "exact",
     "expression_latex",
@@ -14,4 +15,5 @@ __all__ = [
     "listing",
     "parse_formula",
     "system_latex",
+    "without_value",
 ]

@@ -9,14 +9,16 @@ computed. Decimal numbers become exact rationals.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
 import sympy as sp
+from sympy.logic.boolalg import Boolean
 
 from ulna.base import FormulaError
+from ulna.symbolic.formulas.text import MOST_DIGITS, decimal
 
 _WORD = re.compile(
     r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
@@ -28,7 +30,9 @@ _WORD = re.compile(
 )
 _MAX_LENGTH = 2_000_000
 _MAX_DEPTH = 150
-_MAX_DIGITS = 4000
+"""Levels of a formula as a tree."""
+_MAX_OPEN = 2 * _MAX_DEPTH
+"""Parentheses and powers of powers in one another: a tree that may be read is also written with fewer."""
 _MAX_EXPONENT = 1000
 
 _FUNCTIONS: Mapping[str, tuple[str, int]] = {
@@ -105,7 +109,8 @@ def _safe_words(text: str, names: Mapping[str, sp.Expr], where: str, held: _Plac
     if not text.strip():
         raise FormulaError(where, "the formula is empty.")
     parts: list[str] = []
-    depth = 0
+    # Powers that stand open at each level of parentheses: a chain of them nests to the right.
+    depth, powers = 0, [0]
     matches = [m for m in _WORD.finditer(text) if m.lastgroup != "space"]
     for i, match in enumerate(matches):
         kind, word, after = match.lastgroup, match.group(), matches[i + 1].group() if i + 1 < len(matches) else ""
@@ -115,8 +120,9 @@ def _safe_words(text: str, names: Mapping[str, sp.Expr], where: str, held: _Plac
             parts.append(_safe_name(word, after == "(", names, where, held))
         elif kind == "sign":
             depth += {"(": 1, ")": -1}.get(word, 0)
-            if depth < 0 or depth > _MAX_DEPTH:
-                found = "a ')' too many" if depth < 0 else f"parentheses nested deeper than {_MAX_DEPTH}"
+            _follow_powers(word, matches[i - 1].group() if i else "", powers)
+            if depth < 0 or depth + sum(powers) > _MAX_OPEN:
+                found = "a ')' too many" if depth < 0 else f"nested deeper than {_MAX_DEPTH}"
                 raise FormulaError(where, f"{found} at character {match.start() + 1} of '{_shown(text)}'.")
             parts.append(word)
         else:
@@ -134,6 +140,18 @@ def _safe_words(text: str, names: Mapping[str, sp.Expr], where: str, held: _Plac
     if depth:
         raise FormulaError(where, f"{depth} '(' without ')' in '{_shown(text)}'.")
     return " ".join(parts)
+
+
+def _follow_powers(sign: str, before: str, powers: list[int]) -> None:
+    """Count the powers that stand open behind a sign."""
+    if sign == "(":
+        powers.append(0)
+    elif sign == ")":
+        del powers[max(1, len(powers) - 1) :]
+    elif sign in ("**", "^"):
+        powers[-1] += 1
+    elif before not in ("**", "^"):
+        powers[-1] = 0
 
 
 def _safe_name(word: str, called: bool, names: Mapping[str, sp.Expr], where: str, held: _Placeholders) -> str:
@@ -156,14 +174,14 @@ def _safe_name(word: str, called: bool, names: Mapping[str, sp.Expr], where: str
 
 
 def _number(word: str, where: str) -> sp.Expr:
-    exponent = re.search(r"[eE]([+-]?\d+)", word)
-    if len(word) > _MAX_DIGITS or (exponent and abs(int(exponent.group(1)[:8])) > _MAX_DIGITS):
-        raise FormulaError(where, f"the number {_shown(word)} is too long to be meant.")
-    return sp.Rational(word)
+    try:
+        return decimal(word)
+    except ValueError:
+        raise FormulaError(where, f"the number {_shown(word)} is too long to be meant.") from None
 
 
-def _to_sympy(node: Any, values: Mapping[str, sp.Expr], where: str) -> Any:
-    """SymEngine's tree as SymPy's, every power sized before it is computed."""
+def _to_sympy(node: Any, values: Mapping[str, sp.Expr], where: str, depth: int = 0) -> Any:
+    """SymEngine's tree as SymPy's, every power sized before it is computed, every number real and finite."""
     head = type(node).__name__
     if head == "FunctionSymbol":
         head = node.get_name()
@@ -171,10 +189,66 @@ def _to_sympy(node: Any, values: Mapping[str, sp.Expr], where: str) -> Any:
         return values[str(node)]
     if not node.args:
         return sp.sympify(node)
-    arguments = [_to_sympy(child, values, where) for child in node.args]
+    if depth > _MAX_DEPTH:
+        raise FormulaError(where, f"it is nested deeper than {_MAX_DEPTH}.", "Use definitions for its parts.")
+    arguments = [_to_sympy(child, values, where, depth + 1) for child in node.args]
+    _check_arguments(head, arguments, where)
+    try:
+        found = _applied(head, arguments, where)
+        wrong = isinstance(found, sp.Expr) and found.is_number and found not in _INFINITE and _wrong_number(found)
+    except (ArithmeticError, NotImplementedError, RecursionError, TypeError, ValueError) as error:
+        raise FormulaError(where, f"{head} has no value there ({error}).") from None
+    if wrong:
+        raise FormulaError(where, f"it {wrong}.", _COMPLEX if "real" in wrong else "Write a smaller one.")
+    return found
+
+
+def without_value(expression: sp.Expr) -> str:
+    """Why an expression is no real number anywhere, its parameters being numbers: `"divides by zero"`; else empty."""
+    if expression.has(*_INFINITE):
+        return "divides by zero"
+    if expression.has(sp.I):
+        return "is not real"
+    numbers = (node for node in expression.atoms(sp.Pow, sp.exp, sp.log, sp.Function) if node.is_number)
+    return next(filter(None, map(_wrong_number, sorted(numbers, key=sp.Expr.count_ops))), "")
+
+
+def _wrong_number(number: sp.Expr) -> str:
+    """What is wrong with a number whose parts are right: it is enormous, or not real; else empty."""
+    if isinstance(number, sp.exp | sp.sinh | sp.cosh) and not abs(number.args[0].evalf(5)) < _MOST_EXPONENT:
+        return f"holds a number of more than {MOST_DIGITS} digits"
+    if number.is_extended_real is False:
+        return f"is not real: {_shown(str(number))} is a complex number"
+    return ""
+
+
+_MOST_EXPONENT = 2.3 * MOST_DIGITS
+"""Of e, so that a number has at most so many digits."""
+_INFINITE = frozenset({sp.zoo, sp.nan, sp.oo, -sp.oo})
+_COMPLEX = "Roots and logarithms of negative numbers are complex; write -(8**(1/3)) for the real root of -8."
+
+
+def _check_arguments(head: str, arguments: Sequence[Any], where: str) -> None:
+    """Refuse comparisons where numbers are due and the other way round, and numbers that are infinite."""
+    for place, each in enumerate(arguments):
+        if isinstance(each, sp.Expr) == (head == "Piecewise" and place % 2 == 1):
+            due = (
+                "a comparison stands where a number"
+                if isinstance(each, Boolean)
+                else "a number stands where a comparison"
+            )
+            raise FormulaError(where, f"{due} is due.", "Write Piecewise((value, x < 1), (other, True)).")
+        if each in _INFINITE:
+            raise FormulaError(where, f"an argument of {head} divides by zero or is the logarithm of zero.")
+
+
+def _applied(head: str, arguments: Sequence[Any], where: str) -> Any:
     if head == "Pow":
-        return _power(arguments[0], arguments[1], where)
-    if head == "Rational" and len(arguments) == 2 and all(a.is_Rational for a in arguments) and arguments[1] != 0:
+        check_power(arguments[0], arguments[1], where)
+        return sp.Pow(*arguments)
+    if head == "Rational" and len(arguments) == 2:
+        if not all(a.is_Rational for a in arguments) or arguments[1] == 0:
+            raise FormulaError(where, "Rational() takes two numbers, the second not 0.")
         return arguments[0] / arguments[1]
     if head == "heaviside" and len(arguments) == 1:
         return sp.Heaviside(arguments[0])
@@ -186,24 +260,30 @@ def _to_sympy(node: Any, values: Mapping[str, sp.Expr], where: str) -> Any:
     raise FormulaError(where, f"{head}() takes {due} argument{'s' * (due != 1)}, {len(arguments)} were given.")
 
 
-def _power(base: sp.Expr, exponent: sp.Expr, where: str) -> sp.Expr:
-    if exponent.is_Rational and abs(exponent) > _MAX_EXPONENT:
+def check_power(base: sp.Expr, exponent: sp.Expr, where: str) -> None:
+    """Refuse a power that is too large to be computed.
+
+    Raises:
+        FormulaError: naming its size.
+    """
+    if exponent.is_Rational and abs(exponent) > _MAX_EXPONENT and base is not sp.E:
         found = f"the exponent {_shown(str(exponent))} is too large (limit {_MAX_EXPONENT})."
         raise FormulaError(where, found, "Use exp() for steep growth.")
-    if base.is_Rational and exponent.is_Rational and base not in (0, 1, -1):
+    if base.is_Rational and exponent.is_Rational and abs(base) not in (0, 1):
         digits = max(len(str(base.p)), len(str(base.q))) * abs(exponent)
-        if digits > _MAX_DIGITS:
-            raise FormulaError(where, f"a number of some {int(digits)} digits (limit {_MAX_DIGITS}).")
-    return sp.Pow(base, exponent)
+        if digits > MOST_DIGITS:
+            raise FormulaError(where, f"a number of some {int(digits)} digits (limit {MOST_DIGITS}).")
+        return
+    steep = base.is_number and exponent.is_number and base.is_positive
+    if steep and not abs((exponent * sp.log(base, 10)).evalf(5)) < MOST_DIGITS:
+        raise FormulaError(where, f"a number of more than {MOST_DIGITS} digits.")
 
 
 def _checked(expression: Any, text: str, where: str) -> sp.Expr:
     if not isinstance(expression, sp.Expr):
         raise FormulaError(where, f"'{_shown(text)}' is a comparison, not a number.", "Use it inside Piecewise.")
-    if expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo):
+    if expression.has(*_INFINITE):
         raise FormulaError(where, f"'{_shown(text)}' divides by zero.")
-    if expression.is_number and expression.is_real is False:
-        raise FormulaError(where, f"'{_shown(text)}' = {expression} is not real.")
     return expression
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from decimal import Decimal
 from fractions import Fraction
@@ -58,11 +59,29 @@ def exact(value: Any) -> sp.Expr:
     elif isinstance(value, Decimal | float):
         if not isfinite(value):
             raise ValueError(f"{value} is not a finite number")
-        number = sp.Rational(str(value))
-    elif isinstance(value, int | Fraction | str):
+        number = decimal(str(value))
+    elif isinstance(value, str):
+        number = sp.Rational(*(decimal(part) for part in value.split("/", 1)))
+    elif isinstance(value, int | Fraction):
         number = sp.Rational(value)
     else:
-        number = sp.Rational(str(float(value)))  # NumPy scalars
+        number = decimal(str(float(value)))  # NumPy scalars
     if not number.is_number or number.is_finite is False:
         raise ValueError(f"{value} is not a finite number")
     return sp.nsimplify(number, rational=True) if number.has(sp.Float) else number
+
+
+MOST_DIGITS = 4000
+"""Of a number that is meant; Python prints no integer of more than 4300."""
+
+
+def decimal(text: str) -> sp.Rational:
+    """The number that a decimal text says, exactly.
+
+    Raises:
+        ValueError: for what is no number, or one of thousands of digits.
+    """
+    exponent = re.search(r"[eE]([+-]?\d+)", text)
+    if len(text) > MOST_DIGITS or (exponent and abs(int(exponent.group(1)[:8])) > MOST_DIGITS):
+        raise ValueError(f"{text[:70]} is too long to be meant")
+    return sp.Rational(text)
