@@ -192,7 +192,11 @@ def _netcdf(run: Trajectory) -> bytes:
             for name, text in (attributes if plain else attributes | {"name": label}).items():
                 setattr(variable, name, text.encode())
         for name, value in run._attributes().items():
-            setattr(file, name.encode("ascii", "backslashreplace").decode(), value.encode() if isinstance(value, str) else value)
+            setattr(
+                file,
+                name.encode("ascii", "backslashreplace").decode(),
+                value.encode() if isinstance(value, str) else value,
+            )
         file.flush()
         return buffer.getvalue()
 
