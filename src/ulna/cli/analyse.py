@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from ulna.cli.asked_plant import plant_of
 from ulna.cli.option_groups import with_groups
-from ulna.cli.options import AsJson, PlantOptions
+from ulna.cli.options import AsJson, PlantOptions, Seconds
+from ulna.cli.patience import take_time
+from ulna.cli.supervisor import keep
 from ulna.cli.terminal import console, line, print_json, progress
 
 if TYPE_CHECKING:
     from ulna.base import Verdict
-    from ulna.design import Analysis
+    from ulna.design import Answer
 
 _COLOURS = {"proved": "green", "refuted": "red", "supported": "yellow", "undecided": "dim"}
 
@@ -22,55 +23,60 @@ _COLOURS = {"proved": "green", "refuted": "red", "supported": "yellow", "undecid
 def analyse(
     plant: PlantOptions,
     as_json: AsJson = False,
-    seconds: Annotated[float, typer.Option(help="Time for each group of answers.", min=0.1)] = 8.0,
+    seconds: Seconds = None,
 ) -> None:
     """Answer the questions of nonlinear control for a plant, each with its verdict and evidence.
 
     Relative degree, controllability, involutivity, full-state and state-only linearisation, observability, observer
     form, zero dynamics, dynamic extension: docs/analysis.md says what each key means.
     """
+    take_time(seconds)
     from ulna.design import analyse as analyse_system
 
     system = plant_of(plant)
+
+    def found(answers: Mapping[str, Answer]) -> None:
+        rows = {key: _row(answer, as_json) for key, answer in answers.items()}
+        keep(_show, f"{system.name}: what was found in the time", rows, as_json)
+
     with progress(f"analysing '{system.name}'"):
-        analysis = analyse_system(system, seconds=seconds)
-    if as_json:
-        print_json(_data(analysis))
-        return
-    _print(analysis)
+        analysis = analyse_system(system, told=found)
+    point = ", ".join(f"{s.name} = {v}" for s, v in analysis.point.values.items())
+    kind = "equilibrium" if analysis.point.verdict.holds else "no equilibrium"
+    rows = {key: _row(answer, as_json) for key, answer in analysis.answers.items()}
+    _show(f"{system.name} at {point} ({kind})", rows, as_json)
 
 
-def _data(analysis: Analysis) -> dict[str, Any]:
+def _row(answer: Answer, as_json: bool) -> Any:
+    """What is shown of an answer, without formulas: the JSON of it, or verdict, answer and note as text."""
+    if not as_json:
+        return str(answer.verdict.status), line(answer.value), _evidence(answer.verdict)
     from ulna.report.results import plain
 
     return {
-        key: {
-            "verdict": str(answer.verdict.status),
-            "value": plain(answer.value),
-            "evidence": {"claim": answer.verdict.claim} | plain(answer.verdict.evidence),
-        }
-        for key, answer in analysis.answers.items()
+        "verdict": str(answer.verdict.status),
+        "value": plain(answer.value),
+        "evidence": {"claim": answer.verdict.claim} | plain(answer.verdict.evidence),
     }
 
 
-def _print(analysis: Analysis) -> None:
+def _show(title: str, rows: Mapping[str, Any], as_json: bool) -> None:
     """One row per question; what stands behind an answer follows as numbered notes, each said once."""
+    if as_json:
+        print_json(rows)
+        return
     from rich.markup import escape
     from rich.table import Table
 
-    rest = ", ".join(f"{s.name} = {v}" for s, v in analysis.point.values.items())
-    kind = "equilibrium" if analysis.point.verdict.holds else "no equilibrium"
-    table = Table(title=escape(f"{analysis.system.name} at {rest} ({kind})"), title_justify="left")
+    table = Table(title=escape(title), title_justify="left")
     table.add_column("question", no_wrap=True)
     table.add_column("verdict", no_wrap=True)
     table.add_column("answer", overflow="fold")
     table.add_column("note", justify="right", no_wrap=True)
     notes: dict[str, int] = {}
-    for key, answer in analysis.answers.items():
-        status = str(answer.verdict.status)
-        why = _evidence(answer.verdict)
+    for key, (status, answer, why) in rows.items():
         number = str(notes.setdefault(why, len(notes) + 1)) if why else ""
-        table.add_row(key, f"[{_COLOURS[status]}]{status}[/]", escape(line(answer.value)), number)
+        table.add_row(key, f"[{_COLOURS[status]}]{status}[/]", escape(answer), number)
     console().print(table)
     below = Table.grid(padding=(0, 1))
     below.add_column(justify="right", no_wrap=True)

@@ -10,7 +10,8 @@ import typer
 from ulna.cli.asked_controller import as_file, designed
 from ulna.cli.asked_plant import plant_of
 from ulna.cli.option_groups import with_groups
-from ulna.cli.options import AsJson, DesignOptions, PlantOptions
+from ulna.cli.options import AsJson, DesignOptions, PlantOptions, Seconds
+from ulna.cli.patience import take_time
 from ulna.cli.terminal import console, line, print_json, progress
 
 if TYPE_CHECKING:
@@ -29,11 +30,13 @@ def design(
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the poles: a .png, .svg or .pdf file.")] = None,
     as_json: AsJson = False,
+    seconds: Seconds = None,
 ) -> None:
     """Design a feedback law, an observer, or both and the compensator that joins them.
 
     The law holds the operating point of the plant file unless it takes a set point or a reference.
     """
+    take_time(seconds)
     from ulna.system import write_system
 
     system = plant_of(plant)

@@ -19,6 +19,17 @@ _processor = partial(typer.Option, rich_help_panel="Processor, sensors and drive
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 
 
+Seconds = Annotated[
+    float | None,
+    typer.Option(
+        "--seconds",
+        min=1.0,
+        help="CPU time for the formulas, in all; what is not found by then is undecided. 30, times ULNA_PATIENCE.",
+        show_default=False,
+    ),
+]
+
+
 class Discretisation(StrEnum):
     """How the controller's differential equations are stepped."""
 

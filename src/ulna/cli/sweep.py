@@ -15,6 +15,7 @@ from ulna.cli.asked_plant import plant_in_file
 from ulna.cli.asked_run import run_of
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import AsJson, DesignOptions, HardwareOptions, PlantOptions, RunOptions
+from ulna.cli.supervisor import kept
 from ulna.cli.sweep_answers import answers, draw_answers, leading_figure, print_answers
 from ulna.cli.terminal import print_json, progress
 
@@ -60,6 +61,7 @@ def sweep(
     axes = map_axes(over, plan.names)
     with progress(f"designing for '{system.name}'"):
         asked = run_of(system, plant, run, design, hardware, varied=plan.names)
+    kept(f"finished runs are kept in {out}; the same command goes on with those that are missing")
     with _bar() as tell:
         result = run_sweep(
             asked.loop,

@@ -14,6 +14,7 @@ import typer
 from typer.core import TyperGroup
 
 from ulna.base import UlnaError, UlnaWarning
+from ulna.cli.supervisor import end_interrupted, supervised
 from ulna.cli.wording import in_terminal_words
 
 if TYPE_CHECKING:
@@ -27,7 +28,12 @@ class UlnaGroup(TyperGroup):
     """
 
     def main(self, *args: Any, **keywords: Any) -> Any:
-        """Read the command line and run the command."""
+        """Read the command line and run the command, the line of the process itself under a supervisor."""
+        if args or keywords.get("args") is not None:
+            return self._run(*args, **keywords)
+        return supervised(lambda: self._run(**keywords))
+
+    def _run(self, *args: Any, **keywords: Any) -> Any:
         warnings.showwarning = _show_warning
         try:
             try:
@@ -50,6 +56,8 @@ class UlnaGroup(TyperGroup):
             return super().invoke(ctx)
         except UlnaError as error:
             _end(in_terminal_words(str(error)), 2)
+        except KeyboardInterrupt:
+            end_interrupted()
         except BrokenPipeError:
             # The reader (head, less) went away; there is nobody left to tell.
             sys.stderr.close()

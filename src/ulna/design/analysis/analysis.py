@@ -61,26 +61,33 @@ class Analysis(Mapping[str, Answer]):
         return f"<table><caption>{escape(self.system.name)}</caption>{rows}</table>"
 
 
-def analyse(system: PlantLike, *, seconds: float = SECONDS) -> Analysis:
+def analyse(
+    system: PlantLike, *, seconds: float = SECONDS, told: Callable[[Mapping[str, Answer]], None] | None = None
+) -> Analysis:
     """Answer every question of docs/analysis.md for a plant.
 
     Args:
         system: the plant, or its name or file; parameters stay symbolic except where stability needs numbers.
         seconds: time for each group of answers.
+        told: called with the answers so far, at the start, where all are undecided, and after each group.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs, the one thing nothing can be said without.
     """
     system = as_plant(system)
     keys = tuple(key for group in GROUPS for key in group)
+    answers = {key: not_applicable(key, "the time was spent", ran_out=True) for key in keys}
+    if told is not None:
+        told(answers)
     if len(system.states) >= LARGE:
         return Analysis(system=system, point=given_point(system), answers=_large(system, keys, seconds))
     control_affine(system)
-    answers: dict[str, Answer] = {}
     end = worked() + TOTAL * seconds * patience()
     for group_keys, group in GROUPS.items():
         left = max(min(seconds, end - worked()), 0.5)
         answers |= _answered(group_keys, group, system, left)
+        if told is not None:
+            told(answers)
     late = tuple(key for key in keys if answers[key].verdict.evidence.get("ran_out"))
     if late:
         # Formulas grew too long: numbers still tell ranks and degrees.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Generic, ParamSpec, TypeVar
 
 from ulna.base import UlnaError
-from ulna.symbolic.exact.budget import time_budget
+from ulna.symbolic.exact.budget import patience, time_budget
 from ulna.symbolic.exact.helper import apart
 from ulna.symbolic.exact.high_powers import has_high_powers
 
@@ -76,4 +76,4 @@ def attempt_expecting(
         raise
     except failures as error:
         return Attempt(value=None, ran_out=False, reason=f"{what}: {type(error).__name__}: {error}")
-    return Attempt(value=None, ran_out=True, reason=f"{what}: no answer within {seconds:g} s")
+    return Attempt(value=None, ran_out=True, reason=f"{what}: no answer within {seconds * patience():.3g} s")

@@ -68,8 +68,12 @@ def time_left() -> float:
 
 
 def charge(seconds: float) -> None:
-    """Count CPU time that another process worked for this thread."""
+    """Count CPU time that another process worked for this thread, and for a timer that bounds the whole process."""
     _stack.charged[0] += seconds
+    if hasattr(signal, "ITIMER_PROF"):
+        left, _ = signal.getitimer(signal.ITIMER_PROF)
+        if left > 0.0:
+            signal.setitimer(signal.ITIMER_PROF, max(left - seconds, _SHORTEST))
 
 
 def spend() -> None:

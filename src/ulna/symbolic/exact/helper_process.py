@@ -20,7 +20,7 @@ from typing import Any
 
 from ulna.symbolic.exact.helper import answer_here
 
-MEMORY = 1_200_000_000
+MEMORY = 700_000_000
 """Bytes of address space of the worker."""
 
 HEADER = struct.Struct("!Q")
