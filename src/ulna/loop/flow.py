@@ -12,6 +12,7 @@ from ulna.loop.advance import roles, row_of
 from ulna.loop.applied import bridges
 from ulna.loop.drive import Pwm
 from ulna.loop.fitted import Fitted
+from ulna.loop.pace import pace
 from ulna.loop.pulses import CARRIERS, STEPS, pulses, shifted
 from ulna.loop.runge_kutta import combined, mean, moved
 from ulna.loop.wiring import TIME, Wiring, numbered
@@ -44,7 +45,7 @@ class Steps:
     order: int = 4
 
     def __post_init__(self) -> None:
-        if not isinstance(self.number, int) or self.number < 1:
+        if not isinstance(self.number, int) or isinstance(self.number, bool) or self.number < 1:
             raise SimulationError(f"Steps(number={self.number})", "a whole number of at least one step is needed.")
         if self.order not in {2, 4}:
             raise SimulationError(f"Steps(order={self.order})", "the steps are of order 2 or 4.")
@@ -63,12 +64,15 @@ class Flow:
         constants: plant parameters `p<k>` → what the others need of them.
         outputs: at a sample, `y<k>` and `o<k>`.
         motion: from one sample to the next.
+        pace: at a sample, `pace` of the fastest rate so far. stretch: the longest one, over the period.
         numbers: as in `Step`.
     """
 
     constants: Kernel
     outputs: Kernel
     motion: Program
+    pace: Kernel
+    stretch: float
     numbers: Mapping[str, float]
 
 
@@ -89,6 +93,8 @@ def flow(loop: Fitted, steps: Steps, formulas: Mapping[str, sp.Expr], *, ramps: 
         constants=loop.written(plant.before),
         outputs=loop.finished(_outputs(loop, plant.main)),
         motion=_finished(loop, whole.motion()),
+        pace=pace(loop, plant.main, constants=_names(plant.main), disturbances=_count(plant.main, "d")),
+        stretch=whole.stretch(),
         numbers={**loop.numbers, STEPS: float(steps.number), **whole.counts()},
     )
 
@@ -137,7 +143,15 @@ def _outputs(loop: Fitted, plant: Kernel) -> Kernel:
 
 def _constants(w: Assembly, plant: Kernel) -> dict[str, Scalar]:
     """What the plant's parameters amount to; they bear a name of their own, the controller has such numbers too."""
-    return {name: w.input(f"plant_{name}") for name in plant.inputs if name.startswith(HOISTED)}
+    return {name: w.input(slot) for name, slot in _names(plant).items()}
+
+
+def _names(plant: Kernel) -> dict[str, str]:
+    return {name: f"plant_{name}" for name in plant.inputs if name.startswith(HOISTED)}
+
+
+def _count(plant: Kernel, stem: str) -> int:
+    return sum(name.rstrip("0123456789") == stem for name in plant.inputs)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,6 +212,15 @@ class _Plant:
                 program.append(Repeat(times=periods, body=steps))
         return tuple(program)
 
+    def stretch(self) -> float:
+        """The longest stretch of constant input, over the period."""
+        loop, jitter = self.loop, self.loop.hardware.jitter
+        longest = max(loop.fraction, 1.0 - loop.fraction) if loop.split else 1.0
+        if any(bridges(loop)):
+            carriers, rippled = _carriers(loop)
+            longest = longest if rippled else 1.0 / carriers
+        return longest * (1.0 + (jitter.width / loop.period if jitter else 0.0))
+
     def counts(self) -> dict[str, float]:
         """Carrier periods in a sampling period, and those before and after the delay's part of it."""
         if not any(bridges(self.loop)):
@@ -230,8 +253,7 @@ class _Plant:
 
     def rates(self, w: Assembly, x: Sequence[Scalar], time: Scalar, inputs: Sequence[str]) -> list[Scalar]:
         """x' of the plant; `inputs` are slots."""
-        count = sum(name.startswith("d") for name in self.kernel.inputs)
-        d = w.inputs("d", count)
+        d = w.inputs("d", _count(self.kernel, "d"))
         if self.ramps:
             passed = time - w.input("time")
             d = [value + w.input(f"slope{k}") * passed for k, value in enumerate(d)]

@@ -30,6 +30,10 @@ class Outcome(Enum):
         "the motion reached the edge of where its right-hand side is defined",
         "The equations say nothing beyond: limit the argument, or end the run there by a terminal event.",
     )
+    COARSE = (
+        "the plant moved too fast for the steps between two samples",
+        "Leave out FixedSteps(number=...), sample faster, or leave out of the plant what is that fast.",
+    )
 
     @property
     def text(self) -> str:

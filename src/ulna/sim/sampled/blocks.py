@@ -47,7 +47,7 @@ class Blocks:
         samples: at each sample: measure, advance, figures; then command and drive.
         entries: when an output came into its band; seldom.
         motion: from one sample to the next; it ends with `check`.
-        check: |x|² as `norm`, and whether a run is in `trouble`.
+        pace: at some samples. check: |x|² as `norm`, and whether a run is in `trouble`.
         draws: slots of random numbers. streams: of a sample.
         numbers: SI values of names that hold for all runs and samples.
         tables: names that are the same for all runs at a sample. paths: slots read from samples of each run's own.
@@ -59,6 +59,7 @@ class Blocks:
     entries: Kernel
     motion: Program
     check: Kernel
+    pace: Kernel
     draws: Mapping[str, Draw]
     streams: int
     numbers: Mapping[str, float]
@@ -93,6 +94,7 @@ def blocks(
         entries=entries(outputs),
         motion=_merged((before, *_within(around, flow.motion), check)),
         check=check,
+        pace=restricted(chained("pace", [around, flow.pace]), ["pace"]),
         draws=_draws(loop, paths),
         streams=2 * len(wiring.measured) + 2,
         numbers={**flow.numbers, "bound_square": bound**2, "band": BAND}

@@ -11,6 +11,7 @@ import sympy as sp
 
 from ulna.loop import Fitted, Loop
 from ulna.loop.flow import flow
+from ulna.loop.pulses import STEPS
 from ulna.loop.step import step
 from ulna.program import compiled
 from ulna.sim.cache import IdentityCache
@@ -47,7 +48,8 @@ class Prepared:
 
     Attributes:
         fitted: hardware and wiring. blocks: what a run does. disturbances: those that are slots.
-        run: the compiled function. numbers: its numbers, in order.
+        run: the compiled function. numbers: its numbers, in order. steps: the place of that of the plant's steps.
+        stretch: the longest one of constant input, over the period.
         results: slots handed back at the end of a run, after code and end. record: slots kept at every sample.
         series: (row of the record, role, signal) of what a trajectory shows besides states, inputs and outputs.
         rows: of the record by slot.
@@ -58,6 +60,8 @@ class Prepared:
     disturbances: tuple[Signal, ...]
     run: Callable[..., Any]
     numbers: np.ndarray
+    steps: int
+    stretch: float
     results: tuple[str, ...]
     record: tuple[str, ...]
     series: tuple[tuple[int, str, Signal], ...]
@@ -104,10 +108,11 @@ def _prepare(
 ) -> Prepared:
     found, formulas = loop.fit(parameters), dict(shape.formulas)
     free = tuple(s for s in loop.disturbances if s.name not in formulas)
+    moving = flow(found, engine.steps, formulas, ramps=shape.ramps)
     made = blocks(
         found,
         step(found),
-        flow(found, engine.steps, formulas, ramps=shape.ramps),
+        moving,
         disturbances=len(free),
         paths=shape.paths,
         ramps=shape.ramps,
@@ -121,6 +126,8 @@ def _prepare(
         disturbances=free,
         run=compiled(source),
         numbers=np.array([*(made.numbers[name] for name in names), 0.0]),
+        steps=names.index(STEPS),
+        stretch=moving.stretch,
         results=results,
         record=kept,
         series=_series(loop, kept),
@@ -167,4 +174,4 @@ def _results(loop: Fitted) -> tuple[str, ...]:
         names += [f"peak{k}", f"square{k}"]
     for k in range(len(wiring.plant.outputs)):
         names += [f"{stem}{k}" for stem in ("last", "first", "least", "most", "settled")]
-    return tuple(names)
+    return (*names, "pace")

@@ -13,6 +13,8 @@ TYPES = (
     "int64, int64, int64, float64[::1], float64[:, ::1], float64[:, ::1], float64[:, :, ::1], uint64[::1], "
     "float64[:, ::1], float64[:, :, ::1]"
 )
+PACED = 32
+"""Samples between two looks at how fast the plant moves."""
 ARGUMENTS = "first, last, count, numbers, table, shared, paths, seeds, results, record"
 
 
@@ -130,6 +132,8 @@ class _LoopWriter:
             w.work(kernel, counted="entered")
         with w.block("if entered != 0:"):
             w.work(made.entries)
+        with w.block(f"if k % {PACED} == 0:"):
+            w.work(made.pace)
         self._record()
         with w.block("if k == count:"):
             w.line("break")
@@ -239,6 +243,6 @@ def _read(made: Blocks) -> set[str]:
     """Slots that a later kernel or the text around them reads."""
     states = range(made.states)
     found = {"fault", "time", "span", *(f"x{k}" for k in states), *(f"was{k}" for k in states)}
-    for each in (*made.samples, made.entries, made.check, *_kernels(made.motion)):
+    for each in (*made.samples, made.entries, made.pace, made.check, *_kernels(made.motion)):
         found.update(each.inputs)
     return found

@@ -11,6 +11,7 @@ import numpy as np
 from ulna.base import SimulationError
 from ulna.loop import Loop
 from ulna.sim.sampled.engine import FixedSteps
+from ulna.sim.sampled.enough import refine
 from ulna.sim.sampled.gpu import run_on_gpu
 from ulna.sim.sampled.prepared import HEAD, LANES, Prepared, prepared
 from ulna.sim.sampled.tables import begin_table, path_table, samples_of, shape_of, shared_table
@@ -69,17 +70,47 @@ def work(
         path_table(loop, made, starts, count),
         starts.seeds,
     )
+    last = _run(made, engine, count, arrays, results, kept, (side, threads))
+
+    def again(rows: np.ndarray, steps: int) -> None:
+        nonlocal last
+        numbers, begin, shared, paths, seeds = arrays
+        numbers = numbers.copy()
+        numbers[made.steps] = steps
+        own = np.ascontiguousarray(paths[:, :, rows]) if made.blocks.paths else paths
+        answer = np.zeros((len(rows), results.shape[1]))
+        path = np.full((kept.shape[0], len(rows), kept.shape[2]), np.nan) if made.record else kept
+        some = (numbers, begin[rows], shared, own, seeds[rows])
+        last = _run(made, engine, count, some, answer, path, (side, threads))
+        results[rows] = answer
+        if made.record:
+            kept[:, rows] = path
+
+    refine(made, engine, results, again)
+    return Worked(made=made, results=results, record=kept, last=last)
+
+
+def _run(
+    made: Prepared,
+    engine: FixedSteps,
+    count: int,
+    arrays: tuple[np.ndarray, ...],
+    results: np.ndarray,
+    kept: np.ndarray,
+    shares: tuple[int, int],
+) -> int:
+    """Fill results and record; the number of the last sample of a lone run. shares: lanes and threads."""
     if engine.device is not None:
         run_on_gpu(made.run, engine.device, count, arrays, results)
-        return Worked(made=made, results=results, record=kept, last=count)
+        return count
     last = count
 
     def part(first: int, until: int) -> None:
         nonlocal last
         last = made.run(first, until, count, *arrays, results, kept)
 
-    _shared_out(part, runs, side, threads)
-    return Worked(made=made, results=results, record=kept, last=last)
+    _shared_out(part, len(results), *shares)
+    return last
 
 
 def _check_driven(loop: Loop, starts: Starts) -> None:

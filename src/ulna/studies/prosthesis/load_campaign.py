@@ -20,7 +20,7 @@ from ulna.studies.prosthesis.hardware import hardware_of
 from ulna.studies.prosthesis.load_robust_designs import SPREAD, TUNINGS, load_robust_design
 from ulna.studies.prosthesis.plant import Bench, bench_of
 from ulna.studies.prosthesis.tasks import PERIOD
-from ulna.studies.prosthesis.trial import plant_steps
+from ulna.studies.prosthesis.trial import STIFFNESS, plant_steps
 from ulna.system import Parameter, Signal, System, connect
 
 VOLTAGE, CURRENT = 60.0, 60.0
@@ -97,7 +97,7 @@ def run_load_campaign(
         Random(vary=vary, runs=runs, seed=seed),
         Measures(targets={"y": "end"}, windows=WINDOWS),
         horizon=SECONDS,
-        engine=FixedSteps(number=plant_steps(bench)),
+        engine=FixedSteps(number=plant_steps(bench), within=STIFFNESS),
         parameters={} if load is None else {"m2": load, "m2_after": load},
         inputs=_inputs(bench, loop),
         store=store,

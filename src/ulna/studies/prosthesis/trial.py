@@ -53,7 +53,7 @@ def run_trial(
         PERIOD * task.count,
         inputs=inputs_of(loop, task) | {"y_noise": encoder_noise(bench.step, task.key, task.count, draws)},
         parameters=plant | control_numbers(bench, contender, chosen),
-        engine=FixedSteps(number=finer * plant_steps(bench)),
+        engine=FixedSteps(number=finer * plant_steps(bench), within=STIFFNESS),
         record=Paths(ANGLE, CURRENT, VOLTAGE, LIMITED),
         threads=1,
     )
