@@ -129,6 +129,7 @@ if TYPE_CHECKING:
     from ulna.sim import FixedSteps as FixedSteps
     from ulna.sim import Gpu as Gpu
     from ulna.sim import Held as Held
+    from ulna.sim import Implicit as Implicit
     from ulna.sim import Interpolated as Interpolated
     from ulna.sim import Metrics as Metrics
     from ulna.sim import Outcome as Outcome
@@ -183,8 +184,8 @@ _HOME = {
         "ulna.plot": "plot_poles plot_trajectories plot_trajectory save_figure",
         "ulna.program": "Fused Plain",
         "ulna.sim": """
-            Crossing Direction Ends Ensemble Event EventKind Figures FixedSteps Gpu Held Interpolated metrics
-            Metrics Outcome Paths Settling simulate Taylor Trajectory""",
+            Crossing Direction Ends Ensemble Event EventKind Figures FixedSteps Gpu Held Implicit Interpolated
+            metrics Metrics Outcome Paths Settling simulate Taylor Trajectory""",
         "ulna.sim.python_control": "from_control to_control",
         "ulna.system": """
             connect control_affine ControlAffine Definition equilibria Equilibria equilibrium Equilibrium

@@ -16,7 +16,7 @@ from ulna.campaign.runs import Experiment, Measures, columns, default_measures, 
 from ulna.campaign.store import CampaignResult, FolderStore, Manifest, MemoryStore, Store, claimed, versions
 from ulna.campaign.workers import LocalWorkers, Workers
 from ulna.loop import Loop
-from ulna.sim import FixedSteps, Taylor
+from ulna.sim import FixedSteps, Implicit, Taylor
 from ulna.system import as_system
 
 
@@ -41,7 +41,7 @@ def sweep(
     measures: Measures | None = None,
     *,
     horizon: float,
-    engine: Taylor | FixedSteps | None = None,
+    engine: Taylor | Implicit | FixedSteps | None = None,
     initial: Mapping[str, float] | None = None,
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, Any] | None = None,
@@ -61,7 +61,7 @@ def sweep(
         measures: what is kept; by default, of a loop, how the plant's outputs settle (at a constant reference
             `<output>_ref`, else at the operating point) and the effort on its inputs.
         horizon: length of each run, s.
-        engine: `FixedSteps(...)` of a loop with a processor, else `Taylor(...)`.
+        engine: `FixedSteps(...)` of a loop with a processor, else `Taylor(...)` or `Implicit(...)`.
         initial: SI values of states that do not vary; others start at 0.
         parameters: SI values in place of the loop's own.
         inputs: references and disturbances that do not vary, as `simulate` takes them; disturbances left out are 0.

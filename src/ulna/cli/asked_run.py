@@ -12,7 +12,7 @@ from ulna.base import PlantError, SimulationError
 from ulna.cli.asked_controller import designed, require_consistent
 from ulna.cli.asked_hardware import hardware_of, require_period
 from ulna.cli.asked_plant import parameter_values
-from ulna.cli.options import DesignOptions, Discretisation, HardwareOptions, PlantOptions, RunOptions
+from ulna.cli.options import DesignOptions, Discretisation, Engine, HardwareOptions, PlantOptions, RunOptions
 from ulna.cli.typed_values import formula_of_time, known_name, named_values, quantity, typed_list, unit_in
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from ulna.design import Controller
     from ulna.loop import Hardware, Loop
+    from ulna.sim import Implicit, Taylor
     from ulna.system import Signal, System
 
 
@@ -32,12 +33,14 @@ class Run:
         initial: SI values by name of the plant's states and of the controller's.
         inputs: what drives references and disturbances: a number or a formula of time, by name.
         parameters: SI values of the plant's parameters other than those of its file.
+        engine: what integrates a continuous loop, if that is said.
     """
 
     loop: Loop
     initial: Mapping[str, float]
     inputs: Mapping[str, float | sp.Expr]
     parameters: Mapping[str, float]
+    engine: Taylor | Implicit | None
 
 
 def run_of(
@@ -87,7 +90,16 @@ def run_of(
         initial=_initial(loop, controller, run.initial),
         inputs=_inputs(loop, run, [s.name for s in loop.references] if open_references else varied or ()),
         parameters={name: float(value) for name, value in values.items()},
+        engine=_engine(run),
     )
+
+
+def _engine(run: RunOptions) -> Taylor | Implicit | None:
+    from ulna.sim import Implicit, Taylor
+
+    if run.engine is None:
+        return None
+    return Implicit() if run.engine is Engine.implicit else Taylor()
 
 
 def _read(run: RunOptions, design: DesignOptions, hardware: HardwareOptions) -> System | None:

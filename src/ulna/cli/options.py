@@ -45,6 +45,13 @@ class Arithmetic(StrEnum):
     plain = "plain"
 
 
+class Engine(StrEnum):
+    """What integrates a continuous loop."""
+
+    taylor = "taylor"
+    implicit = "implicit"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantOptions:
     """Which plant, with which values."""
@@ -139,6 +146,10 @@ class RunOptions:
         ),
     ] = ""
     horizon: Annotated[float, _run("--horizon", help="Length of a run, s.")] = 5.0
+    engine: Annotated[
+        Engine | None,
+        _run("--engine", help="Of a continuous loop: Taylor series, or an implicit method for stiff plants."),
+    ] = None
     reference: Annotated[
         list[str],
         _run(

@@ -93,6 +93,7 @@ def _trajectory(
         times,
         inputs=asked.inputs,
         parameters=asked.parameters,
+        engine=asked.engine,
         events=events,
         seed=run.seed,
         throw=False,
@@ -131,6 +132,7 @@ def _data(trajectory: Trajectory) -> dict[str, Any]:
         "system": system.name,
         "outcome": trajectory.outcome.name.lower(),
         "text": trajectory.outcome.text,
+        "note": trajectory.note,
         "units": {s.name: s.unit for s in (*system.states, *system.inputs, *system.outputs)},
         "events": [
             {
@@ -162,6 +164,8 @@ def _print(trajectory: Trajectory) -> None:
     console().print(table)
     if trajectory.events:
         console().print(_events(trajectory))
+    if trajectory.note:
+        console().print(escape(trajectory.note))
     if trajectory.outcome.name not in REACHED:
         typer.secho(f"the run ended at t = {trajectory.times[-1]:.6g} s", fg=typer.colors.YELLOW, err=True)
 

@@ -67,6 +67,7 @@ def sweep(
             asked.loop,
             plan,
             horizon=run.horizon,
+            engine=asked.engine,
             initial=asked.initial,
             parameters=asked.parameters,
             inputs=asked.inputs,

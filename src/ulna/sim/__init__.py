@@ -2,6 +2,7 @@
 
 from ulna.loop import TIME
 from ulna.sim.continuous.crossing import Crossing, Direction
+from ulna.sim.continuous.implicit import Implicit
 from ulna.sim.continuous.settling import Settling
 from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.ensemble import CODES, Ensemble
@@ -31,6 +32,7 @@ __all__ = [
     "Formula",
     "Gpu",
     "Held",
+    "Implicit",
     "Input",
     "InputMetrics",
     "Interpolated",

@@ -23,7 +23,7 @@ class Outcome(Enum):
     )
     STEP_LIMIT = (
         "the largest number of steps was used up before the final time",
-        "The system may be stiff or the run long; raise Taylor(maximum_steps=...).",
+        "Raise maximum_steps of the engine; if the system is stiff, engine=Implicit() takes long steps.",
     )
     STOPPED = ("a terminal event ended the run", "")
     EDGE = (

@@ -10,6 +10,7 @@ import numpy as np
 from ulna.base import SimulationError
 from ulna.loop import Loop
 from ulna.sim.continuous.ensemble import continuous_figures
+from ulna.sim.continuous.implicit import Implicit
 from ulna.sim.continuous.rules import Limits, Reported
 from ulna.sim.continuous.run import run_continuous
 from ulna.sim.continuous.taylor import Taylor
@@ -33,7 +34,7 @@ def simulate(
     *,
     inputs: Mapping[str, Any] | None = None,
     parameters: Mapping[str, Any] | None = None,
-    engine: Taylor | FixedSteps | None = None,
+    engine: Taylor | Implicit | FixedSteps | None = None,
     record: Record | None = None,
     events: Sequence[Reported] = (),
     targets: Mapping[str, Any] | None = None,
@@ -59,7 +60,8 @@ def simulate(
             is 0, a reference has to be given. `<y>_noise`: samples in place of the noise drawn for y, in SI.
         parameters: SI values in place of the own ones; nothing is compiled anew. A name that plant and controller
             share means the plant's.
-        engine: `Taylor(...)` for continuous loops, `FixedSteps(...)` for those with a processor.
+        engine: `Taylor(...)` for continuous loops, `FixedSteps(...)` for those with a processor. A loop that `Taylor`
+            finds stiff goes over to `Implicit(...)` by itself, and the trajectory's `note` says so.
         record: of many runs `Ends()`, `Figures()` (default) or `Paths(...)`.
         events: what a continuous run reports besides saturation and end stops: `Crossing(...)`, `Settling(...)`. A
             terminal crossing ends it.
@@ -85,7 +87,7 @@ def simulate(
         trajectory = run_continuous(
             system,
             *continuous_run(system, found, initial, at, inputs, parameters),
-            engine=engine if isinstance(engine, Taylor) else TAYLOR,
+            engine=engine if isinstance(engine, Taylor | Implicit) else TAYLOR,
             limits=_limits(found),
             reported=tuple(events),
         )
@@ -99,7 +101,7 @@ def simulate(
 
 
 def _many(
-    asked: Request, loop: Loop | None, engine: Taylor | FixedSteps | None, record: Record, *, sampled: bool
+    asked: Request, loop: Loop | None, engine: Taylor | Implicit | FixedSteps | None, record: Record, *, sampled: bool
 ) -> Ensemble:
     if asked.times[0] != 0.0:
         raise SimulationError("times of many runs", f"they begin at {asked.times[0]:g} s.", "Many runs begin at 0 s.")
@@ -109,8 +111,8 @@ def _many(
         names = record.names if isinstance(record, Paths) else ()
         figures = sampled_figures(loop, steps, asked.starts, end, paths=names, threads=asked.threads)
         return Ensemble(system=asked.system, horizon=end, **figures)
-    taylor = engine if isinstance(engine, Taylor) else TAYLOR
-    return Ensemble(system=asked.system, horizon=end, **continuous_figures(asked, taylor, _limits(loop), record))
+    settings = engine if isinstance(engine, Taylor | Implicit) else TAYLOR
+    return Ensemble(system=asked.system, horizon=end, **continuous_figures(asked, settings, _limits(loop), record))
 
 
 def _asked(given: Any) -> tuple[System, Loop | None]:
@@ -133,10 +135,12 @@ def _limits(loop: Loop | None) -> Limits:
     return Limits(saturation=tuple(loop.saturation.items()), end_stops=loop.hardware.end_stops)
 
 
-def _check_engine(engine: Taylor | FixedSteps | None, *, sampled: bool, events: bool) -> None:
-    if sampled and isinstance(engine, Taylor):
+def _check_engine(engine: Taylor | Implicit | FixedSteps | None, *, sampled: bool, events: bool) -> None:
+    if sampled and isinstance(engine, Taylor | Implicit):
         raise SimulationError(
-            "engine=Taylor(...)", "the loop has a processor.", "Give engine=FixedSteps(...), or leave it out."
+            f"engine={type(engine).__name__}(...)",
+            "the loop has a processor.",
+            "Give engine=FixedSteps(...), or leave it out.",
         )
     if not sampled and isinstance(engine, FixedSteps):
         raise SimulationError(

@@ -50,6 +50,7 @@ class Trajectory:
         outcome: how it ended.
         further: other series by name; of a sampled loop commands, measured values, estimates, controller states.
         events: what happened during a sampled run, in order of time.
+        note: one line about how it was integrated, empty where there is nothing to say.
     """
 
     system: System
@@ -60,6 +61,7 @@ class Trajectory:
     outcome: Outcome
     further: Mapping[str, Series] = field(default_factory=dict)
     events: tuple[Event, ...] = ()
+    note: str = ""
 
     @cached_property
     def inputs(self) -> np.ndarray:

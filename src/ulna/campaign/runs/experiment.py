@@ -16,7 +16,7 @@ from ulna.campaign.errors import CampaignError
 from ulna.campaign.plans import Plan, seeds
 from ulna.campaign.runs.measures import Measures
 from ulna.loop import Loop
-from ulna.sim import Constant, FixedSteps, Taylor, as_input
+from ulna.sim import Constant, FixedSteps, Implicit, Taylor, as_input
 from ulna.system import System, to_si
 
 RESULT_COLUMNS = ("run", "outcome", "settled", "end_time")
@@ -54,7 +54,7 @@ class Experiment:
     loop: Loop
     horizon: float
     plan: Plan
-    engine: Taylor | FixedSteps | None = None
+    engine: Taylor | Implicit | FixedSteps | None = None
     initial: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     inputs: Mapping[str, Any] = field(default_factory=dict)

@@ -12,6 +12,7 @@ import numpy as np
 
 from ulna.program import Branch, Moded, to_python
 from ulna.sim.continuous.layout import Layout
+from ulna.sim.continuous.stiffness import Stiffness
 from ulna.sim.event import Event, EventKind
 from ulna.sim.outcome import Outcome
 
@@ -26,6 +27,9 @@ REST = 1e-9
 
 SMALLEST = 1e-290
 """Event functions below this are not scaled."""
+
+BEND, FINE_BEND = 1e-6, 1e-10
+"""By how much a short way may bend, as part of the state, where it is gone by Heun and where by Euler."""
 
 CHATTER = 100
 """Changes at one instant after which nothing moves any more."""
@@ -51,29 +55,53 @@ class Scheme:
 
 
 class Motion:
-    """The kernel of a scheme in Python: rates and watched values at one instant."""
+    """The kernel of a scheme in Python: rates and watched values at one instant.
 
-    def __init__(self, scheme: Scheme) -> None:
+    Args:
+        scheme: what moves. stiffness: the slopes of its rates, where short spans are long beside its fastest decay.
+    """
+
+    def __init__(self, scheme: Scheme, stiffness: Stiffness | None = None) -> None:
         self.scheme = scheme
+        self._stiffness = stiffness
+        self.bend = BEND if stiffness is None else FINE_BEND
         self._evaluate = to_python(scheme.moded.kernel)
         self._count = len(scheme.layout.states)
 
     def __call__(self, at: Course, time: float, state: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
         """((n,) rates as they are with the walls, watched values and guards)."""
-        layout = self.scheme.layout
-        found = self._evaluate(*layout.arguments(time, state.tolist(), at.values, at.saturated, [*at.modes, *at.rests]))
+        found = self._evaluate(*self.arguments(at, time, state))
         rates = np.array(found[: self._count])
         for contact, (position, velocity) in zip(at.contacts, self.scheme.walls, strict=True):
             if contact:
                 rates[position] = rates[velocity] = 0.0
         return rates, found[self._count :]
 
+    def arguments(self, at: Course, time: float, state: np.ndarray) -> list[float]:
+        """The inputs of the kernel."""
+        modes = [*at.modes, *at.rests]
+        return self.scheme.layout.arguments(time, state.tolist(), at.values, at.saturated, modes)
+
+    def slopes(self, at: Course, time: float, state: np.ndarray) -> np.ndarray | None:
+        """(n, n) ∂rate/∂state as it is with the walls; None where it is not known."""
+        found = None if self._stiffness is None else self._stiffness.slopes(self.arguments(at, time, state))
+        if found is None:
+            return None
+        for contact, places in zip(at.contacts, self.scheme.walls, strict=True):
+            if contact:
+                found[list(places)] = 0.0
+        return found
+
     def moved(self, at: Course, span: float, steps: int = 1) -> np.ndarray:
-        """(n,) state a short span later, its error of third order (steps of Heun)."""
+        """(n,) state a short span later: steps of Heun, where the system is stiff linearly implicit ones of Euler."""
         step, state = span / steps, at.state
         for k in range(steps):
             time = at.time + k * step
             here, _ = self(at, time, state)
+            slopes = self.slopes(at, time, state)
+            if slopes is not None and np.isfinite(slopes).all():
+                state = state + np.linalg.solve(np.eye(len(state)) - step * slopes, step * here)
+                continue
             there, _ = self(at, time + step, state + step * here)
             state = state + 0.5 * step * (here + there)
         return state
@@ -197,6 +225,8 @@ class Course:
     def settle(self, until: float) -> None:
         """Move a moment on, not beyond a time; whatever is on the wrong side then happens now."""
         self.until = until
+        if not len(self.sides):
+            return
         for _ in range(CHATTER):
             if self.outcome is not None:
                 return
@@ -215,8 +245,17 @@ class Course:
         self.outcome = Outcome.SLIDING
 
     def moment(self) -> float:
-        """A short span, s, that ends before the next thing that is known to happen."""
-        return min(max(MOMENT * self.span, 16.0 * math.ulp(self.time)), self.until - self.time)
+        """A short span, s, over which the motion is straight and that ends before what is known to happen next."""
+        least = 16.0 * math.ulp(self.time)
+        span = max(MOMENT * self.span, least)
+        here, _ = self.motion(self, self.time, self.state)
+        while span > least:
+            there, _ = self.motion(self, self.time + span, self.state + span * here)
+            bend, way = 0.5 * span * np.abs(there - here).max(), np.abs(self.state).max() + span * np.abs(here).max()
+            if not bend > self.motion.bend * way:
+                break
+            span = max(span / 16.0, least)
+        return min(span, self.until - self.time)
 
     def moved_on(self, span: float) -> Course:
         """Another course a short span later, its jumps decided by where it is then."""

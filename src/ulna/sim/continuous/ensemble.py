@@ -14,8 +14,10 @@ from ulna.program import branches_of, hoist, to_numpy, with_modes
 from ulna.sim.cache import IdentityCache
 from ulna.sim.continuous.lane_step import FIGURES, LaneStep, lane_step
 from ulna.sim.continuous.one_thread import one_thread
+from ulna.sim.continuous.prepared import Engine
 from ulna.sim.continuous.rules import Limits
 from ulna.sim.continuous.run import run_continuous
+from ulna.sim.continuous.stiffness import APPROACH
 from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.continuous.yardstick import PASSES, misfits, powers_of_two
 from ulna.sim.figures import BAND, FIGURE_NAMES, output_figures
@@ -63,7 +65,7 @@ _LANES = IdentityCache(16)
 _COMPILING = threading.Lock()
 
 
-def continuous_figures(asked: Request, settings: Taylor, limits: Limits, record: Record) -> dict[str, Any]:
+def continuous_figures(asked: Request, settings: Engine, limits: Limits, record: Record) -> dict[str, Any]:
     """The fields of an `Ensemble`.
 
     Runs that end early, plants with jumps, limits or end stops, inputs that are no constants and paths go one by one.
@@ -84,7 +86,7 @@ def continuous_figures(asked: Request, settings: Taylor, limits: Limits, record:
     if paths:
         figures["times"] = asked.times
         figures["paths"] = {name: np.full((runs, len(asked.times)), np.nan) for name in record.names}
-    if lanes.step is None or asked.starts.inputs or paths:
+    if not isinstance(settings, Taylor) or lanes.step is None or asked.starts.inputs or paths:
         alone: Any = range(runs)
     else:
         alone = _together(asked, settings, lanes, lanes.step, figures)
@@ -93,7 +95,7 @@ def continuous_figures(asked: Request, settings: Taylor, limits: Limits, record:
     return figures
 
 
-def _compiled(plant: System, settings: Taylor, limits: Limits, *, figures: bool) -> Lanes:
+def _compiled(plant: System, settings: Engine, limits: Limits, *, figures: bool) -> Lanes:
     held = [*plant.input_symbols, *plant.parameter_symbols]
     states = [s.name for s in plant.states]
     rates = {f"{s.name}'": e for s, e in zip(plant.states, plant.inline(plant.rates), strict=True)}
@@ -104,7 +106,7 @@ def _compiled(plant: System, settings: Taylor, limits: Limits, *, figures: bool)
     step = None
     # What happens at limits, walls and branch points differs from lane to lane.
     smooth = not with_modes(split.main).guards and not branches_of(split.main, split.before.outputs)
-    if smooth and not limits:
+    if smooth and not limits and isinstance(settings, Taylor):
         step = lane_step(
             split.main,
             states,
@@ -215,9 +217,13 @@ def _march(step: LaneStep, settings: Taylor, rows: np.ndarray) -> np.ndarray:
             continue
         inside = _squared(here[1 : 1 + step.states]) < settings.bound**2
         under_way = np.flatnonzero((here[0] < here[step.moving]) & inside)
+        if count == APPROACH:
+            # Whoever would take too many steps is stiff, or soon out of steps: alone it is found out.
+            soon = here[0] * settings.maximum_steps >= here[step.moving] * count
+            under_way = under_way[soon[under_way]]
         if not len(under_way):
             break
-        if len(under_way) <= CROWD * len(lanes):
+        if len(under_way) <= CROWD * len(lanes) or count == APPROACH:
             last[:, lanes] = here[: step.moving]
             filled = _filled(under_way)
             here, lanes = np.take(here, filled, axis=1), lanes[filled]
@@ -256,7 +262,7 @@ def _put(
 
 
 def _single(
-    asked: Request, settings: Taylor, limits: Limits, record: Record, run: int, figures: dict[str, Any]
+    asked: Request, settings: Engine, limits: Limits, record: Record, run: int, figures: dict[str, Any]
 ) -> None:
     system, starts = asked.system, asked.starts
     own = {name: Constant(value=float(row[run])) for name, row in starts.own.items()}

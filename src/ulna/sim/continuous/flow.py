@@ -10,9 +10,13 @@ import numpy as np
 
 from ulna.program import Kernel
 from ulna.sim.continuous.layout import Layout
+from ulna.sim.continuous.stiffness import APPROACH, Stiffness
 from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.continuous.yardstick import PARTS, Yardstick
 from ulna.sim.outcome import Outcome
+
+MANY = 20_000
+"""Steps between later looks at a run."""
 
 COMPACT_ABOVE = 12
 """Number of states above which straight code takes longer to compile than it is worth."""
@@ -20,11 +24,12 @@ COMPACT_ABOVE = 12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stretch:
-    """What came of a run. times: (N,), states: (N, n), both up to where it ended."""
+    """What came of a run. times: (N,), states: (N, n), both up to where it ended. stiff: it ended for being stiff."""
 
     times: np.ndarray
     states: np.ndarray
     outcome: Outcome
+    stiff: bool = False
 
 
 class Flow:
@@ -47,6 +52,7 @@ class Flow:
         self._kernel = kernel
         self._layout = layout
         self._settings = settings
+        self._stiffness = Stiffness(kernel, layout)
         self._plain = self._compiled(bounded=False, divided=False)
         self._others: dict[tuple[bool, bool], Any] = {}
         # Views into the integrator's memory: asking for them anew costs as much as a step.
@@ -63,7 +69,7 @@ class Flow:
             self._values[:] = values[: self._value_count]
         grid = start + (end - start) * PARTS
         grid[-1] = end
-        result = integrator.propagate_grid(grid, max_steps=self._settings.maximum_steps)
+        result = integrator.propagate_grid(grid, max_steps=min(MANY, self._settings.maximum_steps))
         states = result[5]
         if result[0] != self._reached or not inside(states[-1], self._settings.bound):
             return None
@@ -72,7 +78,9 @@ class Flow:
     def run(self, initial: np.ndarray, times: np.ndarray, values: list[float], sizes: Yardstick) -> Stretch:
         """The states at the given times (N ≥ 2); `initial` holds at the first. `sizes` are taken in and used."""
         stretch = self._measured(initial, times, values, sizes, bounded=False)
-        if stretch.outcome is not Outcome.NOT_FINITE and inside(stretch.states, self._settings.bound):
+        if stretch.stiff or (
+            stretch.outcome is not Outcome.NOT_FINITE and inside(stretch.states, self._settings.bound)
+        ):
             return stretch
         # Only now is the event worth its cost: it slows every step and doubles the time to compile.
         return self._measured(initial, times, values, sizes, bounded=True)
@@ -82,7 +90,7 @@ class Flow:
     ) -> Stretch:
         while True:
             stretch = self._attempted(initial, times, values, sizes.divisors, bounded=bounded)
-            if sizes.fits(stretch.states):
+            if stretch.outcome is Outcome.STEP_LIMIT or sizes.fits(stretch.states):
                 return stretch
 
     def _attempted(
@@ -97,14 +105,15 @@ class Flow:
         integrator = self._integrator(bounded=bounded, divided=divisors is not None)
         integrator.time = float(times[0])
         integrator.state[:] = initial if divisors is None else initial / divisors
+        given = values
         if divisors is not None:
-            values = [*values, *divisors.tolist(), *(1.0 / divisors).tolist()]
+            given = [*values, *divisors.tolist(), *(1.0 / divisors).tolist()]
         # A value that no rate uses has no place in the integrator's memory.
-        integrator.pars[:] = values[: len(integrator.pars)]
+        integrator.pars[:] = given[: len(integrator.pars)]
         if integrator.with_events:
             integrator.reset_cooldowns()
-        result = integrator.propagate_grid(times, max_steps=self._settings.maximum_steps)
-        code, states, last = result[0], result[5], integrator.state
+        code, states, stiff = self._propagated(integrator, times, values, divisors)
+        last = integrator.state
         if divisors is not None:
             states, last = states * divisors, last * divisors
         if code == self._reached:
@@ -116,7 +125,30 @@ class Flow:
             integrator.state[:] = initial if divisors is None else initial / divisors
             at, last = last_good(integrator, float(times[-1]), self._settings.maximum_steps)
             last = last if divisors is None else last * divisors
-        return ended_early(initial, times, states, at, last, outcomes.get(code, Outcome.BLEW_UP))
+        return ended_early(initial, times, states, at, last, outcomes.get(code, Outcome.BLEW_UP), stiff=stiff)
+
+    def _propagated(
+        self, integrator: Any, times: np.ndarray, values: list[float], divisors: np.ndarray | None
+    ) -> tuple[Any, np.ndarray, bool]:
+        """(heyoka's code, states at the times that were reached, whether it was given up for being stiff)."""
+        left, states, grid = self._settings.maximum_steps, [], times
+        while True:
+            steps, began = min(left, APPROACH if not states else MANY), float(grid[0])
+            result = integrator.propagate_grid(grid, max_steps=steps)
+            code, rows = result[0], result[5] if not states else result[5][1:]
+            states.append(rows)
+            left -= steps
+            at, end = float(integrator.time), float(times[-1])
+            if code != self._codes.step_limit:
+                break
+            state = integrator.state if divisors is None else integrator.state * divisors
+            arguments = self._layout.arguments(at, state.tolist(), values, [], [])
+            if self._stiffness.holds(arguments, (at - began) / steps, end - at, left):
+                return code, np.concatenate(states), True
+            if left <= 0:
+                break
+            grid = np.concatenate(([at], grid[len(rows) + bool(len(states) > 1) :]))
+        return code, states[0] if len(states) == 1 else np.concatenate(states), False
 
     def _integrator(self, *, bounded: bool, divided: bool) -> Any:
         if not (bounded or divided):
@@ -207,14 +239,21 @@ def last_good(integrator: Any, end: float, steps: int) -> tuple[float, np.ndarra
 
 
 def ended_early(
-    initial: np.ndarray, times: np.ndarray, states: np.ndarray, at: float, last: np.ndarray, outcome: Outcome
+    initial: np.ndarray,
+    times: np.ndarray,
+    states: np.ndarray,
+    at: float,
+    last: np.ndarray,
+    outcome: Outcome,
+    *,
+    stiff: bool = False,
 ) -> Stretch:
     """The rows that are good, and the state `last` at the end `at` if that is finite and new."""
     finite = np.asarray(np.isfinite(states).all(axis=1))
     count = len(finite) if finite.all() else int(np.argmin(finite))
     if not count:
-        return Stretch(times=times[:1], states=initial[None, :].copy(), outcome=outcome)
+        return Stretch(times=times[:1], states=initial[None, :].copy(), outcome=outcome, stiff=stiff)
     ended, rows = times[:count], states[:count]
     if np.isfinite(at) and np.isfinite(last).all() and at > ended[-1]:
         ended, rows = np.append(ended, at), np.vstack([rows, last])
-    return Stretch(times=ended, states=rows, outcome=outcome)
+    return Stretch(times=ended, states=rows, outcome=outcome, stiff=stiff)

@@ -17,15 +17,21 @@ from ulna.program import Edges, Kernel, branches_of, edges_of, hoist, to_numpy, 
 from ulna.sim.cache import IdentityCache
 from ulna.sim.continuous.course import Scheme
 from ulna.sim.continuous.flow import Flow
+from ulna.sim.continuous.implicit import Implicit
+from ulna.sim.continuous.implicit_flow import ImplicitFlow
 from ulna.sim.continuous.layout import Layout
 from ulna.sim.continuous.rules import Limits, Reported, Rules, rules
 from ulna.sim.continuous.switched_flow import SwitchedFlow
+from ulna.sim.continuous.switching import Switching
 from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.continuous.watchers import scheme_of
 from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
 from ulna.sim.parameters import default_values
 from ulna.symbolic.compiling import kernel
 from ulna.system import System
+
+Engine = Taylor | Implicit
+"""What integrates continuous runs."""
 
 FLOWS_KEPT = 64
 """Compiled integrators kept in a process."""
@@ -65,7 +71,7 @@ class Prepared:
     """
 
     system: System
-    flow: Flow | SwitchedFlow
+    flow: Flow | Switching
     rules: Rules | None
     edges: Edges
     branches: tuple[str, ...]
@@ -90,7 +96,7 @@ def _entry(given: Input | None) -> Drive | sp.Expr:
 
 
 def prepared(
-    system: System, shape: Shape, settings: Taylor, limits: Limits, reported: tuple[Reported, ...]
+    system: System, shape: Shape, settings: Engine, limits: Limits, reported: tuple[Reported, ...]
 ) -> Prepared:
     """The system made ready; remembered by the identity of the system, compiled flows by the equality of kernels."""
     key = (shape, settings, limits, reported)
@@ -98,12 +104,12 @@ def prepared(
 
 
 _PREPARED = IdentityCache(FLOWS_KEPT)
-_FLOWS: OrderedDict[tuple[Kernel | Scheme, Layout, Taylor], Flow | SwitchedFlow] = OrderedDict()
+_FLOWS: OrderedDict[tuple[Kernel | Scheme, Layout, Engine], Flow | Switching] = OrderedDict()
 _LOCK = RLock()
 
 
 def _prepare(
-    system: System, shape: Shape, settings: Taylor, limits: Limits, reported: tuple[Reported, ...]
+    system: System, shape: Shape, settings: Engine, limits: Limits, reported: tuple[Reported, ...]
 ) -> Prepared:
     wanted = rules(system, limits, reported) if limits or reported else None
     whole, layout, fixed = _whole(system, shape, wanted)
@@ -189,7 +195,7 @@ def _check_formulas(system: System, formulas: Mapping[sp.Symbol, sp.Expr]) -> No
             )
 
 
-def _flow(main: Kernel, layout: Layout, wanted: Rules | None, settings: Taylor) -> Flow | SwitchedFlow:
+def _flow(main: Kernel, layout: Layout, wanted: Rules | None, settings: Engine) -> Flow | Switching:
     moded = with_modes(main)
     branched = with_branches(moded.kernel, layout.constants)
     scheme: Kernel | Scheme = main
@@ -199,7 +205,9 @@ def _flow(main: Kernel, layout: Layout, wanted: Rules | None, settings: Taylor) 
     with _LOCK:
         flow = _FLOWS.get(key)
         if flow is None:
-            if isinstance(scheme, Scheme):
+            if isinstance(settings, Implicit):
+                flow = ImplicitFlow(scheme_of(branched, moded.guards, layout, wanted), settings)
+            elif isinstance(scheme, Scheme):
                 flow = SwitchedFlow(scheme, settings)
             else:
                 flow = Flow(main, layout, settings)

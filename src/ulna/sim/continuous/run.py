@@ -12,16 +12,17 @@ import numpy as np
 from ulna.base import SimulationError
 from ulna.sim.continuous.at_edge import edge_met
 from ulna.sim.continuous.flow import Flow, Stretch
+from ulna.sim.continuous.implicit import EXTRA, Implicit, implicit_available
 from ulna.sim.continuous.prepared import (
     Commands,
+    Engine,
     Prepared,
     prepared,
     shape_of,
     stretch_values,
 )
 from ulna.sim.continuous.rules import Limits, Reported
-from ulna.sim.continuous.switched_flow import SwitchedFlow
-from ulna.sim.continuous.taylor import Taylor
+from ulna.sim.continuous.switching import Switching
 from ulna.sim.continuous.watchers import new_course
 from ulna.sim.continuous.yardstick import Yardstick, looked_at
 from ulna.sim.event import Event, EventKind
@@ -41,7 +42,7 @@ def run_continuous(
     inputs: Mapping[str, Input],
     parameters: Mapping[str, float] | None,
     *,
-    engine: Taylor,
+    engine: Engine,
     limits: Limits = UNLIMITED,
     reported: tuple[Reported, ...] = (),
 ) -> Trajectory:
@@ -55,12 +56,22 @@ def run_continuous(
     Raises:
         SimulationError: parameters without a value, inputs not defined over the whole time, names that fit nothing.
     """
-    ready = prepared(system, shape_of(inputs, system) if system.inputs else (), engine, limits, reported)
+    shape, note = shape_of(inputs, system) if system.inputs else (), ""
+    ready = prepared(system, shape, engine, limits, reported)
     if parameters is None and ready.ready is not None:
         known = ready.parameters
     else:
         known = parameter_values(ready.values, parameters, system.name)
     run, happened = _integrated(ready, initial, times, inputs, known, default=parameters is None)
+    if run.stiff:
+        note = f"stiff: explicit steps had come to {run.times[-1]:.3g} s of {times[-1]:g} s"
+        if implicit_available():
+            implicit = Implicit(tolerance=max(engine.tolerance, Implicit().tolerance), bound=engine.bound)
+            ready = prepared(system, shape, implicit, limits, reported)
+            run, happened = _integrated(ready, initial, times, inputs, known, default=parameters is None)
+            note += "; integrated by Implicit()"
+        else:
+            note += f"; pip install 'ulna[{EXTRA}]' brings Implicit() for it"
     trajectory = Trajectory(
         system=ready.shown,
         parameters=known,
@@ -69,6 +80,7 @@ def run_continuous(
         states=run.states,
         outcome=run.outcome,
         events=happened,
+        note=note,
     )
     if ready.commands is not None:
         return replace(trajectory, further=_limited(ready.commands, trajectory))
@@ -155,9 +167,10 @@ def _stretches(
     """One stretch after the other between the breakpoints of the inputs; breakpoints nobody asked for are dropped."""
     flow, sizes = ready.flow, Yardstick(len(state))
     course: Any = None
-    if isinstance(flow, SwitchedFlow):
+    if isinstance(flow, Switching):
         course = new_course(flow.motion, ready.rules, float(times[-1] - times[0]), ready.branches)
     all_times, all_states, outcome = [times[:1]], [state[None, :]], Outcome.FINISHED
+    stiff = False
     for start, end in pairwise(edges):
         inner = times[np.searchsorted(times, start, side="right") : np.searchsorted(times, end, side="left")]
         grid = np.concatenate(([start], inner, [end]))
@@ -167,7 +180,7 @@ def _stretches(
                 run = flow.run(state, grid, values, sizes)
             else:
                 course, run = flow.run(course, state, grid, values, sizes)
-        outcome = run.outcome
+        outcome, stiff = run.outcome, run.stiff
         if outcome is not Outcome.FINISHED:
             all_times.append(run.times[1:])
             all_states.append(run.states[1:])
@@ -177,7 +190,7 @@ def _stretches(
         keep = slice(1, None if asked else -1)
         all_times.append(grid[keep])
         all_states.append(run.states[keep])
-    whole = Stretch(times=np.concatenate(all_times), states=np.concatenate(all_states), outcome=outcome)
+    whole = Stretch(times=np.concatenate(all_times), states=np.concatenate(all_states), outcome=outcome, stiff=stiff)
     happened = () if course is None else course.finished(outcome)
     return whole, (happened if outcome is Outcome.FINISHED else (*happened, *_ended(whole)))
 

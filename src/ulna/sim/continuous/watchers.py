@@ -133,11 +133,12 @@ class WatchedJumps(Watcher):
         """See `Watcher`."""
         side = -float(at.sides[function])
         at.sides[function] = at.modes[function - self.functions.start] = side
-        rates, watched = at.motion(at, at.time, at.state)
-        later = at.motion(at, at.time + LOOK, at.state + LOOK * rates)[1]
+        watched = at.motion(at, at.time, at.state)[1]
+        later = at.motion(at, at.time + LOOK, at.motion.moved(at, LOOK))[1]
         place = at.motion.scheme.functions[function]
-        # The other side pushes straight back.
-        if (later[place] - watched[place]) * side < 0.0:
+        change = later[place] - watched[place]
+        # The other side pushes straight back; a bounce takes a velocity far from where its sign changes.
+        if change * side < 0.0 and abs(watched[place]) <= abs(change):
             at.outcome = Outcome.SLIDING
 
     def decide(self, at: Course) -> None:
