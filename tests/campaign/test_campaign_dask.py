@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from campaign_loops import SPRING
 
+from ulna.base import UlnaWarning
 from ulna.campaign import (
     CampaignError,
     CampaignResult,
@@ -108,6 +109,44 @@ def test_workers_give_the_same_bits_and_one_that_is_killed_is_outlived(scheduler
 
 
 @pytest.mark.slow
+def test_a_worker_that_is_stopped_is_passed_over_and_said_once(scheduler: str) -> None:
+    workers = [worker(scheduler), worker(scheduler)]
+    halted = []
+
+    def stop_one(now) -> None:
+        if now.done > 40 and not halted:
+            os.kill(workers[0].pid, signal.SIGSTOP)
+            halted.append(now.done)
+
+    try:
+        with pytest.warns(UlnaWarning, match="overdue") as said:
+            there = run(workers=DaskWorkers(address=scheduler, timeout=5.0), batch_size=4, progress=stop_one)
+    finally:
+        stopped(workers)
+    assert halted
+    assert len(said) == 1
+    local = run()
+    for column in local.columns:
+        assert there[column.name].tobytes() == local[column.name].tobytes(), column.name
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_stopped_is_one_clear_error() -> None:
+    process, address = started_scheduler()
+    workers = [worker(address)]
+
+    def stop_it(now) -> None:
+        if now.done >= 40:
+            os.kill(process.pid, signal.SIGSTOP)
+
+    try:
+        with pytest.raises(CampaignError, match=r"has not answered for 5 s.*batches that are done are safe"):
+            run(workers=DaskWorkers(address=address, timeout=5.0), batch_size=4, progress=stop_it)
+    finally:
+        stopped([*workers, process])
+
+
+@pytest.mark.slow
 def test_a_scheduler_that_dies_is_one_clear_error_and_the_campaign_goes_on_with_another(tmp_path: Path) -> None:
     process, address = started_scheduler()
     workers = [worker(address)]
@@ -168,6 +207,7 @@ def test_a_cluster_gets_batches_for_many_workers() -> None:
         DaskWorkers,
         lambda: DaskWorkers(address="tcp://x", client=3),
         lambda: DaskWorkers(address="tcp://x", timeout=0.0),
+        lambda: DaskWorkers(address="tcp://x", overdue=1.0),
     ],
 )
 def test_a_cluster_that_makes_no_sense_is_refused(make) -> None:

@@ -1,13 +1,16 @@
-"""Batches on Dask workers: few tasks in flight, dead workers outlived."""
+"""Batches on Dask workers: few tasks in flight, dead workers outlived, silent ones passed over."""
 
 from __future__ import annotations
 
 import logging
 import math
 import time
+import warnings
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
@@ -17,6 +20,7 @@ from distributed.comm.core import CommClosedError
 from distributed.comm.registry import get_backend
 from distributed.scheduler import KilledWorker
 
+from ulna.base import UlnaWarning
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.store import Batch
 from ulna.campaign.workers.computing import computed_batch
@@ -77,45 +81,124 @@ def compute_by_dask(
     *,
     timeout: float,
     deaths: int,
+    overdue: float,
 ) -> Iterator[tuple[Batch, bytes]]:
     """Each batch with its bytes, as they come. See `DaskWorkers`."""
-    left = iter(batches)
-    flying: dict[Future, Batch] = {}
-    lost: dict[Batch, int] = {}
-
-    def send(batch: Batch) -> None:
-        # Impure: a task forgotten by a scheduler that began anew must not be mistaken for this one.
-        future = client.submit(computed_batch, settings, dict(versions), *batch, 1, pure=False, retries=0)
-        flying[future] = batch
-
-    threads, looked = 0, -math.inf
+    flight = _Flight(client=client, settings=settings, versions=versions, timeout=timeout, deaths=deaths)
+    left, looked = iter(batches), -math.inf
     try:
         while True:
             if time.monotonic() > looked + LOOK:
                 # Each look is a trip to the scheduler and back.
-                threads, looked = _threads(client, timeout), time.monotonic()
-            room = AHEAD * threads - len(flying)
-            for batch in islice(left, max(0, room)):
-                send(batch)
-            if not flying:
+                flight.look(overdue)
+                looked = time.monotonic()
+            for batch in islice(left, max(0, AHEAD * flight.threads - len(flight.batches))):
+                flight.send(batch)
+            if not flight.futures:
                 return
-            for future in _finished(client, flying):
-                batch = flying.pop(future)
-                data = _result(future, batch, lost, deaths)
-                if data is None:
-                    send(batch)
-                else:
-                    future.release()
-                    yield batch, data
+            for future in _finished(client, flight.futures):
+                if future in flight.futures:
+                    yield from flight.landed(future)
     except CommClosedError as error:
         raise _gone() from error
     finally:
         # Without a scheduler there is nothing left to cancel.
         with suppress(OSError):
-            client.cancel(list(flying))
+            client.cancel(list(flight.futures))
 
 
-def _finished(client: Client, flying: Mapping[Future, Batch]) -> list[Future]:
+@dataclass(slots=True, kw_only=True)
+class _Flight:
+    """What is being computed.
+
+    Attributes:
+        futures: the batch of each task, and when it was sent; an overdue batch has two.
+        longest: s that a batch has taken from sending to landing, waiting for others included.
+        silent: workers whose tasks are overdue; they get no more until one of theirs lands.
+        threads: of the other workers.
+        lost: how many workers died over a batch.
+    """
+
+    client: Client
+    settings: str
+    versions: Mapping[str, str]
+    timeout: float
+    deaths: int
+    futures: dict[Future, tuple[Batch, float]] = field(default_factory=dict)
+    longest: float = math.inf
+    silent: set[str] = field(default_factory=set)
+    others: list[str] = field(default_factory=list)
+    threads: int = 0
+    lost: dict[Batch, int] = field(default_factory=dict)
+    said: bool = False
+
+    @property
+    def batches(self) -> set[Batch]:
+        """The batches on their way."""
+        return {batch for batch, _ in self.futures.values()}
+
+    def send(self, batch: Batch) -> None:
+        """Hand a batch out."""
+        # Impure: a task forgotten by a scheduler that began anew must not be mistaken for this one.
+        future = self.client.submit(
+            computed_batch,
+            self.settings,
+            dict(self.versions),
+            *batch,
+            1,
+            pure=False,
+            retries=0,
+            workers=self.others if self.silent else None,
+        )
+        self.futures[future] = (batch, time.monotonic())
+
+    def look(self, overdue: float) -> None:
+        """Count the workers, and give to others what is overdue: what takes `overdue` times the longest so far."""
+        threads = _threads(self.client, self.timeout)
+        now, twice = time.monotonic(), Counter(batch for batch, _ in self.futures.values())
+        due = max(overdue * self.longest, self.timeout)
+        late = {f: batch for f, (batch, sent) in self.futures.items() if now - sent > due and twice[batch] == 1}
+        if late:
+            keys = {f.key for f in late}
+            scheduler: Any = self.client.scheduler
+            at_work: Any = self.client.sync(scheduler.processing, workers=None, callback_timeout=self.timeout)
+            self.silent |= {name for name, tasks in at_work.items() if keys & set(tasks)}
+        self.others = [name for name in threads if name not in self.silent]
+        self.threads = sum(threads[name] for name in self.others)
+        if not self.others:
+            # Nobody else is there: those that are silent may come back, others may join.
+            self.silent, self.others, self.threads = set(), list(threads), sum(threads.values())
+            return
+        if late and not self.said:
+            found = f"{len(late)} batches are overdue ({due:.3g} s) at {', '.join(sorted(self.silent)) or 'a worker'}"
+            warnings.warn(UlnaWarning(f"{found}: others get them, and whoever is first counts."), stacklevel=2)
+            self.said = True
+        for batch in late.values():
+            self.send(batch)
+
+    def landed(self, future: Future) -> Iterator[tuple[Batch, bytes]]:
+        """The batch of a task that is finished; sent again where nothing came of it."""
+        batch, sent = self.futures.pop(future)
+        rest = [f for f, (other, _) in self.futures.items() if other == batch]
+        data = _result(future, batch, self.lost, self.deaths, self.timeout)
+        if data is None:
+            if not rest:
+                self.send(batch)
+            return
+        took = time.monotonic() - sent
+        self.longest = took if math.isinf(self.longest) else max(self.longest, took)
+        if rest:
+            # Of two the one sent first came from a worker that is at work again.
+            if any(self.futures[f][1] > sent for f in rest):
+                self.silent.clear()
+            self.client.cancel(rest)
+            for other in rest:
+                del self.futures[other]
+        future.release()
+        yield batch, data
+
+
+def _finished(client: Client, flying: Iterable[Future]) -> list[Future]:
     try:
         with client.as_current():
             wait(list(flying), timeout=LOOK, return_when="FIRST_COMPLETED")
@@ -126,11 +209,11 @@ def _finished(client: Client, flying: Mapping[Future, Batch]) -> list[Future]:
     return [future for future in flying if future.status != "pending"]
 
 
-def _result(future: Future, batch: Batch, lost: dict[Batch, int], deaths: int) -> bytes | None:
-    """The bytes of a batch; None where the workers died over it and it is to be sent again."""
+def _result(future: Future, batch: Batch, lost: dict[Batch, int], deaths: int, timeout: float) -> bytes | None:
+    """The bytes of a batch; None where the workers died over it, or fell silent, and it is to be sent again."""
     try:
-        return future.result()
-    except (KilledWorker, CancelledError) as error:
+        return future.result(timeout=timeout)
+    except (KilledWorker, CancelledError, TimeoutError) as error:
         lost[batch] = lost.get(batch, 0) + 1
         if lost[batch] > deaths:
             raise CampaignError(
@@ -141,22 +224,25 @@ def _result(future: Future, batch: Batch, lost: dict[Batch, int], deaths: int) -
         return None
 
 
-def _threads(client: Client, timeout: float) -> int:
-    """Threads of all workers; waits for a worker to come where there is none.
+def _threads(client: Client, timeout: float) -> dict[str, int]:
+    """Threads of each worker; waits for a worker to come where there is none.
 
     Raises:
-        CampaignError: no worker within the timeout, or no scheduler any more.
+        CampaignError: no worker within the timeout, a scheduler that is gone or does not answer.
     """
     until = time.monotonic() + timeout
-    while True:
-        if client.status not in ("running", "connecting"):
-            break
+    while client.status in ("running", "connecting"):
         try:
-            counts: Any = client.nthreads()
-            threads = sum(counts.values())
+            threads: Any = client.nthreads(callback_timeout=timeout)
+        except TimeoutError:
+            raise CampaignError(
+                "a campaign on a cluster",
+                f"the scheduler has not answered for {timeout:g} s.",
+                "Wake it up or start another, then the campaign again; batches that are done are safe.",
+            ) from None
         except OSError:
             break
-        if threads:
+        if any(threads.values()):
             return threads
         if time.monotonic() > until:
             raise CampaignError(

@@ -82,6 +82,8 @@ class DaskWorkers:
         client: a `distributed.Client` that is connected already.
         timeout: s to wait for the scheduler, and for a worker where there is none.
         deaths: how many workers may die over the same batch.
+        overdue: a batch is given to another worker as well when it takes so many times as long as the slowest so far,
+            and longer than the timeout; whichever comes first counts. So a worker that is stopped holds nothing up.
 
     Raises:
         CampaignError: neither or both of address and client.
@@ -91,12 +93,15 @@ class DaskWorkers:
     client: Any = field(default=None, repr=False)
     timeout: float = 10.0
     deaths: int = 10
+    overdue: float = 5.0
 
     def __post_init__(self) -> None:
         if (self.address is None) == (self.client is None):
             raise CampaignError("DaskWorkers()", "it needs either address= or client=.")
         if not self.timeout > 0:
             raise CampaignError(f"DaskWorkers(timeout={self.timeout})", "it must be positive.")
+        if not self.overdue > 1:
+            raise CampaignError(f"DaskWorkers(overdue={self.overdue})", "it must be greater than 1.")
 
     def batch_size(self, runs: int) -> int:
         """Batches for many workers, each still worth the trip."""
@@ -108,7 +113,7 @@ class DaskWorkers:
         """Each batch with its bytes.
 
         Raises:
-            CampaignError: an unreachable scheduler, no workers, workers with other libraries.
+            CampaignError: an unreachable or silent scheduler, no workers, workers with other libraries.
             OptionalDependencyError: without Dask.
         """
         try:
@@ -116,4 +121,12 @@ class DaskWorkers:
         except ImportError:
             raise OptionalDependencyError("a campaign on a cluster", "campaign") from None
         with connected(self.client, self.address, self.timeout) as client:
-            yield from compute_by_dask(client, settings, versions, batches, timeout=self.timeout, deaths=self.deaths)
+            yield from compute_by_dask(
+                client,
+                settings,
+                versions,
+                batches,
+                timeout=self.timeout,
+                deaths=self.deaths,
+                overdue=self.overdue,
+            )
