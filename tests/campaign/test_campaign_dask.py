@@ -188,6 +188,11 @@ def test_an_unreachable_scheduler_is_one_clear_error(address: str, tmp_path: Pat
         run(workers=DaskWorkers(address=address.format(port=free_port()), timeout=1.0), store=tmp_path / "a")
 
 
+def test_a_place_without_certificates_is_one_clear_error(tmp_path: Path) -> None:
+    with pytest.raises(CampaignError, match="speaks TLS, and no certificates"):
+        run(workers=DaskWorkers(address=f"tls://127.0.0.1:{free_port()}", timeout=1.0), store=tmp_path / "a")
+
+
 @pytest.mark.parametrize("address", ["nonsense://x", "foo", "tcp://", ""])
 def test_what_is_no_address_is_one_clear_error(address: str, tmp_path: Path) -> None:
     with pytest.raises(CampaignError, match=r"this is no address .* Give an address such as tcp"):

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import math
 import time
 import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
-from distributed import Client, Future, wait
+from distributed import Client, Future, Security, wait
 from distributed.comm.addressing import parse_address, parse_host_port
-from distributed.comm.core import CommClosedError
+from distributed.comm.core import CommClosedError, connect
 from distributed.comm.registry import get_backend
 from distributed.scheduler import KilledWorker
 
@@ -50,8 +51,14 @@ def connected(client: Any, address: str | None, timeout: float) -> Iterator[Clie
     log.setLevel(logging.CRITICAL)
     try:
         try:
+            # A client that never opened tries to close until the process ends: first see whether anybody is there.
+            with ThreadPoolExecutor(1) as outside:
+                outside.submit(asyncio.run, _reached(str(address), timeout)).result()
             opened = Client(address, timeout=timeout, set_as_default=False)
-        except (OSError, ValueError) as error:
+        except TypeError:
+            found = "it speaks TLS, and no certificates are set here."
+            raise CampaignError(f"the Dask scheduler '{address}'", found, "docs/campaigns.md shows how.") from None
+        except (OSError, RuntimeError, ValueError) as error:
             found = f"nothing answers there within {timeout:g} s ({type(error).__name__})."
             raise CampaignError(f"the Dask scheduler '{address}'", found, hint) from None
         try:
@@ -60,6 +67,11 @@ def connected(client: Any, address: str | None, timeout: float) -> Iterator[Clie
             opened.close()
     finally:
         log.setLevel(before)
+
+
+async def _reached(address: str, timeout: float) -> None:
+    there = await connect(address, timeout=timeout, **Security().get_connection_args("client"))
+    await there.close()
 
 
 def _check_address(address: str, hint: str) -> None:
