@@ -163,3 +163,14 @@ def test_a_parameter_without_value_stays_symbolic():
     assert system.with_values({"a": 2}).rates == (-2 * sp.Symbol("x", real=True),)
     with pytest.raises(PlantError, match="no such parameter"):
         system.with_values({"b": 2})
+
+
+@pytest.mark.parametrize(("levels", "refused"), [(60, True), (6, False)])
+def test_definitions_that_would_grow_into_billions_of_terms_are_refused(levels: int, refused: bool) -> None:
+    rows = {f"d{k + 1}": f"sin(d{k}) + cos(d{k})" for k in range(levels)}
+    data = {"states": {"x": f"d{levels}"}, "definitions": {"d0": "x", **rows}}
+    if refused:
+        with pytest.raises(PlantError, match="definitions that it uses"):
+            system_from_mapping(data)
+    else:
+        assert system_from_mapping(data).states

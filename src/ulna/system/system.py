@@ -12,6 +12,7 @@ from ulna.base import PlantError
 from ulna.symbolic.formulas import RESERVED, check_power, exact, listing, without_value
 from ulna.symbolic.solving import solve_affine
 from ulna.system.signal import Definition, Parameter, Signal, from_si
+from ulna.system.sizes import check_size
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, weakref_slot=True)
@@ -51,6 +52,8 @@ class System:
         _check_counts(self)
         _check_names(self)
         _check_symbols(self)
+        rows = zip((*self.states, *self.outputs), (*self.rates, *self.readouts), strict=True)
+        check_size(self.name, self.definitions, {signal.name: expression for signal, expression in rows})
 
     @property
     def state_symbols(self) -> tuple[sp.Symbol, ...]:

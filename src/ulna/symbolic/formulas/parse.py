@@ -18,6 +18,7 @@ import sympy as sp
 from sympy.logic.boolalg import Boolean
 
 from ulna.base import FormulaError
+from ulna.symbolic.formulas.long_sums import grouped
 from ulna.symbolic.formulas.text import MOST_DIGITS, decimal
 
 _WORD = re.compile(
@@ -68,6 +69,7 @@ class _Placeholders:
     values: dict[str, sp.Expr]
 
     def name(self, value: sp.Expr) -> str:
+        # Another one each time: the parser itself must not take 0/0 for 1.
         key = f"q{len(self.values)}_"
         self.values[key] = value
         return key
@@ -139,7 +141,7 @@ def _safe_words(text: str, names: Mapping[str, sp.Expr], where: str, held: _Plac
             )
     if depth:
         raise FormulaError(where, f"{depth} '(' without ')' in '{_shown(text)}'.")
-    return " ".join(parts)
+    return grouped(parts)
 
 
 def _follow_powers(sign: str, before: str, powers: list[int]) -> None:
@@ -284,6 +286,9 @@ def _checked(expression: Any, text: str, where: str) -> sp.Expr:
         raise FormulaError(where, f"'{_shown(text)}' is a comparison, not a number.", "Use it inside Piecewise.")
     if expression.has(*_INFINITE):
         raise FormulaError(where, f"'{_shown(text)}' divides by zero.")
+    # Powers of powers and products of powers have become one by now.
+    for power in expression.atoms(sp.Pow):
+        check_power(power.base, power.exp, where)
     return expression
 
 
