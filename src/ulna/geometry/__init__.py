@@ -21,7 +21,7 @@ from ulna.geometry.lie import (
     lie_derivative,
     lie_derivative_of_covector,
 )
-from ulna.geometry.numeric import NumericStructure, numeric_structure
+from ulna.geometry.numeric import NumericRank, NumericStructure, degrees_in_numbers, numeric_structure
 from ulna.geometry.observation import Observability, differentials, observability
 from ulna.geometry.oneform import OneForm, closed, exterior_derivative, frobenius, one_form
 
@@ -31,6 +31,7 @@ __all__ = [
     "Diffeomorphism",
     "Distribution",
     "FirstIntegrals",
+    "NumericRank",
     "NumericStructure",
     "Observability",
     "OneForm",
@@ -41,6 +42,7 @@ __all__ = [
     "annihilator",
     "bracket_name",
     "closed",
+    "degrees_in_numbers",
     "diffeomorphism",
     "differentials",
     "distribution",

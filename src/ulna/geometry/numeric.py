@@ -1,150 +1,283 @@
-"""The structure of a large plant in numbers: brackets by graph differentiation (CasADi), ranks at random points."""
+"""The structure of a plant in numbers: brackets and Lie derivatives at points in ball arithmetic, no formula formed.
+
+Along the flow of the drift, x(t) and what hangs on it are Taylor series. With A(t) = ∂f/∂x a field follows
+ad_f X = A X − X', a one-form L_f ω = ω' + ω A: a product of series for each bracket (K. Röbenack, J. Dyn. Sys. Meas.
+Control 127 (2005)). Whether a number is zero is judged by its ball: one that excludes 0 is certain, whatever the scale
+of its row; one that does not counts as zero only if it is zero to half of the working digits.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from itertools import combinations
 
 import numpy as np
+import sympy as sp
+from flint import arb, ctx
 
-from ulna.base import OptionalDependencyError, Verdict
-from ulna.symbolic.exact import rank_of_numbers
+from ulna.base import Status, Verdict
+from ulna.geometry.flow_series import FlowAtPoint
+from ulna.symbolic.exact import rank_of_balls
 from ulna.system import SystemKernel
 
 SEED = 5039
 POINTS = 3
-TOLERANCE = 1e-8
+DIGITS = (512, 4096)
+"""Working precision in binary digits, the second where the first cannot tell."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NumericRank:
+    """A rank at points: `value` is None while undecided."""
+
+    value: int | None
+    verdict: Verdict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NumericStructure:
-    """Ranks of a plant at random points; every answer is supported, none is proved.
+    """Ranks and relative degrees of a plant at random points.
+
+    What is at its greatest possible value is proved, as one point shows it; the rest is supported or undecided.
 
     Attributes:
-        dimensions: (n,) dimensions of G_0 ⊂ … ⊂ G_{n−1}.
-        rank: the last of them; rank_at_point: the same at the given point.
-        involutive: whether all G_k, k ≤ n − 2, are; a refutation tells the level and the ranks.
-        observability_rank: rank of dh, dL_f h, …; None without functions.
-        observability_rank_at_point: the same at the given point.
+        dimensions: dimensions of G_0 ⊂ … ⊂ G_{n−1}; None where a level is undecided.
+        rank, rank_at_point: the last of them, generically and at the given point.
+        involutive: whether all G_k, k ≤ n − 2, are; a refutation tells the level, the ranks and the point.
+        observability_rank, observability_rank_at_point: rank of dh, dL_f h, …; None without functions.
+        degrees: relative degree of each function, None where no input reaches it.
+        degrees_known: on these; undecided where a number could not be told from zero.
+        decoupling_rank, decoupling_rank_at_point: of the decoupling matrix; None without one.
+        degrees_at_point: whether the degrees are the same at the given point, with a regular decoupling matrix.
     """
 
-    dimensions: tuple[int, ...]
-    rank: int
-    rank_at_point: int
+    dimensions: tuple[int | None, ...]
+    rank: NumericRank
+    rank_at_point: NumericRank
     involutive: Verdict
-    observability_rank: int | None
-    observability_rank_at_point: int | None
+    observability_rank: NumericRank | None
+    observability_rank_at_point: NumericRank | None
+    degrees: tuple[int | None, ...]
+    degrees_known: Verdict
+    decoupling_rank: NumericRank | None
+    degrees_at_point: Verdict
 
 
-def numeric_structure(field: SystemKernel, point: np.ndarray) -> NumericStructure:
-    """Controllability, involutivity and observability of a plant in numbers.
+def numeric_structure(field: SystemKernel) -> NumericStructure:
+    """Controllability, involutivity, observability and relative degrees of a plant in numbers.
 
     Args:
-        field: the plant's kernel.
-        point: (n,) the operating point.
+        field: the plant's kernel, with the operating point.
 
     Raises:
-        OptionalDependencyError: without CasADi, the extra [large].
+        UlnaError: for a term without derivatives.
     """
-    graph = _Graph(field)
-    generator = np.random.default_rng(SEED)
-    places = [generator.uniform(0.2, 1.2, len(field.states)) for _ in range(POINTS)]
-    dimensions, at_point = _dimensions(graph, places, point)
-    seen, seen_here = _observability(graph, places, point)
+    whole = _structure(field, DIGITS[0])
+    return _structure(field, DIGITS[1]) if _doubtful(whole) else whole
+
+
+def degrees_in_numbers(field: SystemKernel) -> tuple[tuple[int | None, ...], Verdict, NumericRank | None]:
+    """Relative degrees, the verdict on them, and the rank of the decoupling matrix: a part of `numeric_structure`."""
+    flows = _random_flows(field, DIGITS[0])
+    degrees, verdict = _degrees(flows, len(field.functions))
+    return degrees, verdict, _decoupling(flows, degrees)
+
+
+def _doubtful(found: NumericStructure) -> bool:
+    verdicts = [found.rank.verdict, found.degrees_known, found.involutive]
+    verdicts += [found.observability_rank.verdict] if found.observability_rank else []
+    return any(verdict.status is Status.UNDECIDED for verdict in verdicts)
+
+
+def _structure(field: SystemKernel, digits: int) -> NumericStructure:
+    flows = _random_flows(field, digits)
+    here = FlowAtPoint(field, _given(field), digits)
+    n, functions = len(field.states), len(field.functions)
+    dimensions, rank = _controllability(flows, n)
+    degrees, known = _degrees(flows, functions)
+    seen = _ranked(flows, "forms", n) if functions else None
     return NumericStructure(
         dimensions=dimensions,
-        rank=dimensions[-1] if dimensions else 0,
-        rank_at_point=at_point,
-        involutive=_involutive(graph, places),
+        rank=rank,
+        rank_at_point=_at_point(here, "fields", n, rank),
+        involutive=_involutive(flows[:2], dimensions),
         observability_rank=seen,
-        observability_rank_at_point=seen_here,
+        observability_rank_at_point=_at_point(here, "forms", n, seen) if seen else None,
+        degrees=degrees,
+        degrees_known=known,
+        decoupling_rank=_decoupling(flows, degrees),
+        degrees_at_point=_degrees_at_point(here, degrees),
     )
 
 
-class _Graph:
-    """Drift, input fields, their brackets and outputs as CasADi expressions in the state."""
-
-    def __init__(self, field: SystemKernel) -> None:
-        try:
-            import casadi as ca
-        except ImportError:
-            raise OptionalDependencyError("the numeric road for large plants", "large") from None
-        from ulna.program.lowering.casadi import to_casadi
-
-        self.ca = ca
-        self.n, self.m = len(field.states), len(field.inputs)
-        self.x = ca.SX.sym("x", self.n)
-        u = ca.SX.sym("u", self.m)
-        outputs = to_casadi(field.kernel)(ca.vertcat(self.x, u))
-        rates = outputs[: self.n]
-        self.f = ca.substitute(rates, u, ca.SX.zeros(self.m))
-        self.h = outputs[self.n :]
-        inputs = ca.jacobian(rates, u)
-        self.levels: list[list[Any]] = [[ca.simplify(inputs[:, j]) for j in range(self.m)]]
-
-    def level(self, k: int) -> list[Any]:
-        """The fields ad_f^k g_j."""
-        while len(self.levels) <= k:
-            self.levels.append([self.bracket_with_drift(field) for field in self.levels[-1]])
-        return self.levels[k]
-
-    def bracket_with_drift(self, field: Any) -> Any:
-        """[f, X] = (∂f/∂x) X − (∂X/∂x) f."""
-        return self.ca.jtimes(self.f, self.x, field) - self.ca.jtimes(field, self.x, self.f)
-
-    def values(self, expression: Any, place: np.ndarray) -> np.ndarray:
-        """The expression at a point."""
-        return np.array(self.ca.Function("v", [self.x], [expression])(place))
-
-
-def _dimensions(graph: _Graph, places: list[np.ndarray], point: np.ndarray) -> tuple[tuple[int, ...], int]:
-    if not graph.m:
-        return (0,) * graph.n, 0
-    dimensions: list[int] = []
-    here = 0
-    for k in range(graph.n):
-        fields = graph.ca.horzcat(*(field for level in range(k + 1) for field in graph.level(level)))
-        dimensions.append(max(rank_of_numbers(graph.values(fields, place)) for place in places))
-        here = rank_of_numbers(graph.values(fields, point))
-        if dimensions[-1] == graph.n or (k and dimensions[-1] == dimensions[-2]):
+def _random_flows(field: SystemKernel, digits: int) -> list[FlowAtPoint]:
+    """Flows from random points with short coordinates, near 1 and near the operating point."""
+    generator = np.random.default_rng(SEED)
+    flows = []
+    for number in range(2 * POINTS):
+        steps = generator.integers(13, 77, len(field.states))
+        centre = _given(field) if number % 2 else [sp.S.Zero] * len(field.states)
+        flow = FlowAtPoint(field, [c + sp.Rational(int(s), 64) for c, s in zip(centre, steps, strict=True)], digits)
+        if flow.regular:
+            flows.append(flow)
+        if len(flows) == POINTS:
             break
-    return tuple(dimensions + [dimensions[-1]] * (graph.n - len(dimensions))), here
+    return flows
 
 
-def _involutive(graph: _Graph, places: list[np.ndarray]) -> Verdict:
+def _given(field: SystemKernel) -> list[sp.Rational]:
+    """The operating point: the decimals that the doubles say."""
+    given = dict(field.point)
+    return [sp.Rational(str(given.get(name, 0.0))) for name in field.states]
+
+
+def _of_level(flow: FlowAtPoint, kind: str, level: int) -> Iterator[list[arb]]:
+    """All rows up to a level."""
+    for k in range(level + 1):
+        yield from (flow.fields(k) if kind == "fields" else flow.forms(k))
+
+
+def _best(flows: Sequence[FlowAtPoint], kind: str, level: int, n: int) -> NumericRank:
+    """The greatest rank at the points, as sure as the points agree."""
+    found = []
+    for flow in flows:
+        with ctx.workprec(flow.digits):
+            found.append(rank_of_balls(list(_of_level(flow, kind, level)), point=flow.place))
+        if found[-1].value == n:
+            break
+    if not found:
+        return NumericRank(value=None, verdict=Verdict.undecided("the rank", tried="no point where all is finite"))
+    best = max(found, key=lambda rank: rank.value)
+    if best.value == n:
+        claim = f"the rank is {n}, as at one point"
+        return NumericRank(value=n, verdict=Verdict.proved(claim, point=best.point))
+    doubtful = next((rank.verdict for rank in found if not rank.verdict.holds), None)
+    if doubtful is not None:
+        return NumericRank(value=None, verdict=doubtful)
+    verdict = Verdict.supported(f"the rank is {best.value}", points=len(found), seed=SEED, digits=flows[0].digits)
+    return NumericRank(value=best.value, verdict=verdict)
+
+
+def _controllability(flows: Sequence[FlowAtPoint], n: int) -> tuple[tuple[int | None, ...], NumericRank]:
+    dimensions: list[int | None] = []
+    rank = NumericRank(value=0, verdict=Verdict.proved("there is no input"))
+    for level in range(n):
+        rank = _best(flows, "fields", level, n)
+        dimensions.append(rank.value)
+        if rank.value in (None, n) or (level and dimensions[-2] == rank.value):
+            break
+    return tuple(dimensions + [dimensions[-1]] * (n - len(dimensions))) if dimensions else (), rank
+
+
+def _ranked(flows: Sequence[FlowAtPoint], kind: str, n: int) -> NumericRank:
+    before: int | None = 0
+    rank = NumericRank(value=0, verdict=Verdict.proved("there is nothing"))
+    for level in range(n):
+        rank = _best(flows, kind, level, n)
+        if rank.value in (before, None, n):
+            break
+        before = rank.value
+    return rank
+
+
+def _at_point(here: FlowAtPoint, kind: str, n: int, generic: NumericRank) -> NumericRank:
+    """The rank at the operating point, where higher levels may be needed than elsewhere."""
+    claim = "the rank at the operating point"
+    if not here.regular:
+        return NumericRank(value=None, verdict=Verdict.undecided(claim, tried="the plant is not finite there"))
+    rank = None
+    with ctx.workprec(here.digits):
+        for level in range(n):
+            rank = rank_of_balls(list(_of_level(here, kind, level)), point=here.place)
+            if rank.value == n:
+                return NumericRank(value=n, verdict=rank.verdict.restated(claim))
+            if rank.value == generic.value:  # more there is nowhere, as sure as that is
+                verdict = Verdict.supported(claim, point=here.place, generic=generic.value, digits=here.digits)
+                return NumericRank(value=rank.value, verdict=verdict)
+    if rank is None:
+        return NumericRank(value=0, verdict=Verdict.proved(claim))
+    return NumericRank(value=rank.value if rank.verdict.holds else None, verdict=rank.verdict.restated(claim))
+
+
+def _involutive(flows: Sequence[FlowAtPoint], dimensions: Sequence[int | None]) -> Verdict:
     claim = "all G_k, k <= n - 2, are involutive"
-    evidence = {"points": len(places), "seed": SEED, "tolerance": TOLERANCE}
-    fields: list[Any] = []
-    for k in range(min(len(graph.levels), max(graph.n - 1, 1))):
-        fields += graph.level(k)
-        stacked = graph.ca.vertcat(*fields)
-        slopes = graph.ca.jacobian(stacked, graph.x)
-        both = graph.ca.Function("both", [graph.x], [stacked, slopes])
-        for place in places:
-            values, jacobians = (np.array(part) for part in both(place))
-            own = values.reshape(len(fields), graph.n)
-            jacobian = jacobians.reshape(len(fields), graph.n, graph.n)
-            products = np.einsum("aij,bj->abi", jacobian, own)
-            brackets = (products - products.transpose(1, 0, 2)).reshape(-1, graph.n)
-            before, after = rank_of_numbers(own.T), rank_of_numbers(np.vstack([own, brackets]).T)
-            if after > before:
-                return Verdict.refuted(claim, level=k, rank=before, rank_with_brackets=after, **evidence)
-    return Verdict.supported(claim, **evidence)
+    if not flows or None in dimensions:
+        return Verdict.undecided(claim, tried="the dimensions of the G_k")
+    n = len(dimensions)
+    for flow in flows:
+        with ctx.workprec(flow.digits):
+            for level in range(max(n - 1, 1)):
+                if dimensions[level] == n:
+                    break
+                own = list(_of_level(flow, "fields", level))
+                places = [(k, j) for k in range(level + 1) for j in range(flow.inputs)]
+                brackets = [flow.bracket(a, b) for a, b in combinations(places, 2)]
+                if not brackets:
+                    continue
+                rank = rank_of_balls([*own, *brackets], point=flow.place)
+                if rank.value > (dimensions[level] or 0):
+                    return Verdict.refuted(
+                        claim,
+                        level=level,
+                        rank=dimensions[level],
+                        rank_with_brackets=rank.value,
+                        point=flow.place,
+                        digits=flow.digits,
+                    )
+                if not rank.verdict.holds:
+                    return rank.verdict.restated(claim)
+                if level and dimensions[level] == dimensions[level - 1]:
+                    break
+    return Verdict.supported(claim, points=len(flows), seed=SEED, digits=flows[0].digits)
 
 
-def _observability(graph: _Graph, places: list[np.ndarray], point: np.ndarray) -> tuple[int | None, int | None]:
-    if not graph.h.shape[0]:
-        return None, None
-    rows, last = [], graph.h
-    best = here = 0
-    for _ in range(graph.n):
-        rows.append(graph.ca.jacobian(last, graph.x))
-        matrix = graph.ca.vertcat(*rows)
-        rank = max(rank_of_numbers(graph.values(matrix, place).T) for place in places)
-        here = rank_of_numbers(graph.values(matrix, point).T)
-        if rank in (best, graph.n):
-            best = rank
+def _degrees(flows: Sequence[FlowAtPoint], functions: int) -> tuple[tuple[int | None, ...], Verdict]:
+    """The relative degrees; None in the tuple where every derivative up to n is zero at all points."""
+    claim = "the relative degrees are these"
+    if not flows:
+        return (None,) * functions, Verdict.undecided(claim, tried="no point where all is finite")
+    degrees: list[int | None] = [None] * functions
+    for level in range(len(flows[0].place)):
+        waiting = [i for i in range(functions) if degrees[i] is None]
+        if not waiting or not flows[0].inputs:
             break
-        best = rank
-        last = graph.ca.jtimes(last, graph.x, graph.f)
-    return best, here
+        for i in waiting:
+            reached = [flow.reached(level, i) for flow in flows]
+            if True in reached:
+                degrees[i] = level + 1
+            elif None in reached:
+                tried = f"{flows[0].digits} binary digits: derivative {level + 1} may hang on an input or not"
+                return tuple(degrees), Verdict.undecided(claim, tried=tried, output=i + 1)
+    evidence = {"points": len(flows), "seed": SEED, "digits": flows[0].digits}
+    return tuple(degrees), Verdict.supported(claim, **evidence)
+
+
+def _decoupling_rows(flow: FlowAtPoint, degrees: Sequence[int | None]) -> list[list[arb]]:
+    return [flow.along_inputs(r - 1, i) for i, r in enumerate(degrees) if r is not None]
+
+
+def _decoupling(flows: Sequence[FlowAtPoint], degrees: Sequence[int | None]) -> NumericRank | None:
+    if not flows or None in degrees or not degrees:
+        return None
+    ranks = []
+    for flow in flows:
+        with ctx.workprec(flow.digits):
+            ranks.append(rank_of_balls(_decoupling_rows(flow, degrees), point=flow.place))
+    best = max(ranks, key=lambda rank: rank.value)
+    if best.value < len(degrees) and not all(rank.verdict.holds for rank in ranks):
+        return NumericRank(value=None, verdict=Verdict.undecided("the rank of the decoupling matrix"))
+    return NumericRank(value=best.value, verdict=best.verdict)
+
+
+def _degrees_at_point(here: FlowAtPoint, degrees: Sequence[int | None]) -> Verdict:
+    claim = "the relative degrees hold at the operating point"
+    if not here.regular or None in degrees or not degrees:
+        return Verdict.undecided(claim, tried="the plant or its degrees at the operating point")
+    with ctx.workprec(here.digits):
+        rank = rank_of_balls(_decoupling_rows(here, degrees), point=here.place)
+    if rank.value == len(degrees):
+        return Verdict.supported(claim, rank=rank.value)
+    if rank.verdict.status is Status.PROVED:
+        return Verdict.refuted(claim, rank=rank.value, outputs=len(degrees))
+    return Verdict.undecided(claim, rank=rank.value)

@@ -17,6 +17,7 @@ from ulna.program.instructions_from_casadi import kernel_from_casadi
 from ulna.program.jet import explicit, lie_derivatives, open_derivatives
 from ulna.program.kernel import Kernel, check_names, restricted, without_inputs
 from ulna.program.linear_kernel import joined, solved
+from ulna.program.lowering.ball_series import lowest, to_ball_series
 from ulna.program.lowering.balls import BITS, balls_by_name, to_balls
 from ulna.program.lowering.c import C_FLAGS, c_header, c_literal, c_statements, to_c
 from ulna.program.lowering.javascript import to_javascript
@@ -79,6 +80,7 @@ __all__ = [
     "kernel_from_casadi",
     "lie_derivatives",
     "literal",
+    "lowest",
     "open_derivatives",
     "pruned",
     "restricted",
@@ -86,6 +88,7 @@ __all__ = [
     "solved",
     "solved_for_inputs",
     "tangents",
+    "to_ball_series",
     "to_balls",
     "to_c",
     "to_javascript",

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 
-from ulna.base import UlnaError
+from ulna.base import Status, UlnaError
 from ulna.design.analysis.answer import Answer, not_applicable
+from ulna.design.analysis.consistency import consistent
 from ulna.design.analysis.formula_answers import GROUPS, law_of_outputs, outputs_answered
 from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers
 from ulna.plants import PlantLike, as_plant
@@ -80,7 +81,8 @@ def analyse(
     if told is not None:
         told(answers)
     if len(system.states) >= LARGE:
-        return Analysis(system=system, point=given_point(system), answers=_large(system, keys, seconds))
+        answers = consistent(system, _large(system, keys, seconds))
+        return Analysis(system=system, point=given_point(system), answers=answers)
     control_affine(system)
     end = worked() + TOTAL * seconds * patience()
     for group_keys, group in GROUPS.items():
@@ -93,7 +95,7 @@ def analyse(
         # Formulas grew too long: numbers still tell ranks and degrees.
         numbers = _in_numbers(system, late)
         answers |= {key: numbers[key] for key in late if numbers[key].value is not None}
-    return Analysis(system=system, point=equilibrium(system), answers=answers)
+    return Analysis(system=system, point=equilibrium(system), answers=consistent(system, answers))
 
 
 def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Answer]:
@@ -121,7 +123,7 @@ def _large(system: System, keys: tuple[str, ...], seconds: float) -> dict[str, A
             break
         if found is None:
             break
-        answers |= found
+        answers |= {key: a for key, a in found.items() if a.verdict.status is not Status.UNDECIDED}
     return answers
 
 

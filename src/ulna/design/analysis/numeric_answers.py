@@ -1,17 +1,12 @@
-"""The standard questions on the numeric road: for plants too large for formulas, answered at random points."""
+"""The standard questions on the numeric road: for plants too large for formulas, answered at points in balls."""
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-import sympy as sp
-
 from ulna.base import NoFormError, Verdict
 from ulna.design.analysis.answer import Answer, decided, not_applicable
-from ulna.design.forms import compiled_law, relative_degrees
-from ulna.geometry import NumericStructure, numeric_structure
-from ulna.system import System, SystemKernel, system_kernel
+from ulna.design.forms import compiled_law
+from ulna.geometry import NumericRank, NumericStructure, numeric_structure
+from ulna.system import System, system_kernel
 
 LARGE = 13
 """States from which on a plant goes the numeric road."""
@@ -19,56 +14,57 @@ LARGE = 13
 
 def answers_in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Answer]:
     """The answers that numbers can give; the other keys are undecided and say so."""
-    field = system_kernel(system)
-    given = dict(system.operating_point)
-    point = np.array([float(given.get(s.name, sp.Integer(0))) for s in system.states])
-    structure = numeric_structure(field, point)
+    found = numeric_structure(system_kernel(system))
     reason = f"no formulas are sought for {len(system.states)} states: numeric road"
     answers = {key: not_applicable(key, reason) for key in keys}
-    answered = _structure(system, structure) | _outputs(system, field)
+    answered = _structure(system, found) | _outputs(system, found)
     return answers | {key: answer for key, answer in answered.items() if key in keys}
 
 
-def _sampled(claim: str, value: Any) -> Answer:
-    return Answer(verdict=Verdict.supported(claim, road="numeric"), value=value)
+def _ranked(claim: str, rank: NumericRank) -> Answer:
+    return Answer(verdict=rank.verdict.restated(claim, road="numeric"), value=rank.value)
 
 
 def _structure(system: System, found: NumericStructure) -> dict[str, Answer]:
     n = len(system.states)
-    full = all_involutive = found.involutive
-    if found.rank < n:
-        full = Verdict.refuted("full-state linearisable", controllability_rank=found.rank, states=n)
+    full = found.involutive
+    if found.rank.value is None:
+        full = found.rank.verdict
+    elif found.rank.value < n:
+        evidence = dict(found.rank.verdict.evidence)
+        full = Verdict.refuted("full rank", controllability_rank=found.rank.value, states=n, **evidence)
+    dimensions = None if None in found.dimensions else list(found.dimensions)
     answers = {
-        "controllability_rank": _sampled("generic rank", found.rank),
-        "controllability_rank_at_point": _sampled("rank at the operating point", found.rank_at_point),
-        "distribution_dims": _sampled("generic dimensions", list(found.dimensions)),
-        "involutive": decided(all_involutive),
-        "full_state_linearizable": decided(full),
+        "controllability_rank": _ranked("generic rank", found.rank),
+        "controllability_rank_at_point": _ranked("rank at the operating point", found.rank_at_point),
+        "distribution_dims": Answer(verdict=found.rank.verdict, value=dimensions),
+        "involutive": decided(found.involutive),
+        "full_state_linearizable": decided(full.restated("full-state linearisable")),
     }
-    if found.observability_rank is not None:
-        answers["observability_rank"] = _sampled("generic rank", found.observability_rank)
-        answers["observability_rank_at_point"] = _sampled("rank at the point", found.observability_rank_at_point)
+    if found.observability_rank is not None and found.observability_rank_at_point is not None:
+        answers["observability_rank"] = _ranked("generic rank", found.observability_rank)
+        answers["observability_rank_at_point"] = _ranked("rank at the point", found.observability_rank_at_point)
     return answers
 
 
-def _outputs(system: System, field: SystemKernel) -> dict[str, Answer]:
-    if not field.functions or not field.inputs:
+def _outputs(system: System, found: NumericStructure) -> dict[str, Answer]:
+    if not system.outputs or not system.inputs:
         return {}
+    known = found.degrees_known
+    answers = {
+        "relative_degree": Answer(verdict=known, value=list(found.degrees) if known.holds else None),
+        "relative_degree_at_point": decided(found.degrees_at_point),
+    }
     try:
         law = compiled_law(system)
     except NoFormError as error:
-        degrees, verdict = relative_degrees(field)
-        found = Answer(verdict=verdict, value=list(degrees))
-        return {"relative_degree": found, "control": not_applicable("control", str(error))}
-    answers = {"relative_degree": Answer(verdict=law.verdict, value=list(law.indices))}
-    complete = sum(law.indices) == len(system.states)
+        return answers | {"control": not_applicable("control", str(error))}
     compiled = Verdict.supported(
         "the law is compiled, not written out (design.compiled_law)",
         operations=law.law.operation_count,
         internal_dimension=len(system.states) - sum(law.indices),
     )
     answers["control"] = Answer(verdict=compiled, value=None)
-    if complete:
-        outputs = [s.name for s in system.outputs]
-        answers["linearizing_outputs"] = Answer(verdict=law.verdict, value=[sp.Symbol(name) for name in outputs])
+    if sum(law.indices) == len(system.states):
+        answers["linearizing_outputs"] = Answer(verdict=law.verdict, value=list(system.inline(system.readouts)))
     return answers

@@ -4,7 +4,7 @@ from ulna.design.forms.extension import DynamicExtension, dynamic_extension
 from ulna.design.forms.flatness import flat_output
 from ulna.design.forms.full_linearisation import controller_form
 from ulna.design.forms.input_output import input_output_form
-from ulna.design.forms.law_kernel import compiled_law, relative_degrees
+from ulna.design.forms.law_kernel import compiled_law
 from ulna.design.forms.linear_coordinates import StateLinearisation, state_linearisation
 from ulna.design.forms.linearisability_conditions import Linearisability, linearisability
 from ulna.design.forms.linearising_form import LinearisingForm

@@ -9,6 +9,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import NoFormError, Verdict
+from ulna.geometry import degrees_in_numbers
 from ulna.program import (
     Kernel,
     at_zero,
@@ -22,12 +23,10 @@ from ulna.program import (
     to_numpy,
     without_inputs,
 )
-from ulna.symbolic.exact import rank_of_numbers
 from ulna.system import System, SystemKernel, system_kernel
 
 SEED = 20140
 POINTS = 5
-TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +52,7 @@ def compiled_law(system: System, outputs: Sequence[sp.Expr] | None = None) -> Co
     """The input-output linearising law of a square plant, compiled.
 
     The k-th Lie derivative is k! times a Taylor coefficient of the output along the flow; the decoupling matrix is its
-    slope in the inputs. Relative degrees and pivots are judged at random points.
+    slope in the inputs. Relative degrees and its rank are judged at random points in balls, pivots in doubles.
 
     Args:
         system: as many outputs as inputs; parameters need values.
@@ -68,10 +67,19 @@ def compiled_law(system: System, outputs: Sequence[sp.Expr] | None = None) -> Co
     asked = f"a compiled law for '{system.name}'"
     if len(field.functions) != m or not m:
         raise NoFormError(asked, f"{len(field.functions)} outputs, {m} inputs.", "Give as many outputs as inputs.")
-    indices, degree = relative_degrees(field)
+    indices, degree, decoupling = degrees_in_numbers(field)
+    if not degree.holds:
+        found = f"its relative degrees are undecided: {degree.evidence.get('tried', '')}."
+        raise NoFormError(asked, found, "Scale the states, or choose other outputs.", value=degree)
     if any(r is None for r in indices):
         which = ", ".join(f"number {k + 1}" for k, r in enumerate(indices) if r is None)
         raise NoFormError(asked, f"no input reaches output {which}.", "Choose other outputs.", value=degree)
+    if decoupling is None or decoupling.value != m:
+        value = Verdict.refuted(
+            "the decoupling matrix is invertible", **(decoupling.verdict.evidence if decoupling else {})
+        )
+        found = f"its decoupling matrix has rank {decoupling and decoupling.value} instead of {m} at random points."
+        raise NoFormError(asked, found, "Try `dynamic_extension`." if m > 1 else "", value=value)
     degrees = tuple(r for r in indices if r is not None)
     tops = [f"{h}:{r}" for h, r in zip(field.functions, degrees, strict=True)]
     derivatives = lie_derivatives(field.source, field.states, field.rates, max(degrees))
@@ -81,12 +89,6 @@ def compiled_law(system: System, outputs: Sequence[sp.Expr] | None = None) -> Co
     lie = joined("Lie derivatives", [at_zero(top, field.inputs), slopes], new)
     matrix = [[f"{label}/{u}" for u in field.inputs] for label in tops]
     samples = _sampled(restricted(lie, [e for row in matrix for e in row]), field, POINTS).reshape(POINTS, m, m)
-    sample = samples[0]
-    rank = rank_of_numbers(sample, tolerance=TOLERANCE)
-    if rank < m:
-        value = Verdict.refuted("the decoupling matrix is invertible", rank=rank, seed=SEED)
-        found = f"its decoupling matrix has rank {rank} instead of {m} at a random point."
-        raise NoFormError(asked, found, "Try `dynamic_extension`." if m > 1 else "", value=value)
     name, wanted = f"law of {system.name}", list(zip(new, tops, strict=True))
     law = _prescribed(name, field, degrees, wanted)
     if law is None:
@@ -118,35 +120,6 @@ def _prescribed(
     samples = [[point[label] for label in inputs] for point in (generic, here)]
     law = solved_for_inputs(name, program.kernel, (*field.inputs, *program.coefficients), equations, samples)
     return None if law is None else restricted(law, field.inputs)
-
-
-def relative_degrees(field: SystemKernel) -> tuple[tuple[int | None, ...], Verdict]:
-    """The relative degree of every function, judged at random points; None where no input reaches it."""
-    n = len(field.states)
-    found: dict[str, int] = {}
-    order = 1
-    while order <= n and len(found) < len(field.functions):
-        derivatives = lie_derivatives(field.source, field.states, field.rates, order)
-        for label, reached in _reached(derivatives, field).items():
-            function, _, k = label.rpartition(":")
-            if reached and function not in found:
-                found[function] = int(k)
-        order = n + 1 if order == n else min(2 * order, n)
-    verdict = Verdict.supported("the relative degrees are these", points=POINTS, seed=SEED, tolerance=TOLERANCE)
-    return tuple(found.get(h) for h in field.functions), verdict
-
-
-def _reached(derivatives: Kernel, field: SystemKernel) -> dict[str, bool]:
-    """Whether some input moves each Lie derivative at a random point."""
-    slopes = tangents(derivatives, field.inputs)
-    values = np.abs(_sampled(slopes, field, POINTS)).max(axis=0)
-    scale = np.abs(_sampled(derivatives, field, POINTS)).max(axis=0)
-    size = dict(zip(derivatives.outputs, scale, strict=True))
-    reached = dict.fromkeys(derivatives.outputs, False)
-    for label, value in zip(slopes.outputs, values, strict=True):
-        output, _, _ = label.rpartition("/")
-        reached[output] |= bool(value > TOLERANCE * max(1.0, float(size[output])))
-    return reached
 
 
 def _sampled(program: Kernel, field: SystemKernel, points: int) -> np.ndarray:

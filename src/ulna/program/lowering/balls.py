@@ -6,10 +6,11 @@ F. Johansson, "Arb: efficient arbitrary-precision midpoint-radius interval arith
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 import flint
-from flint import arb
+from flint import arb, fmpq
 
 from ulna.base import UlnaError
 from ulna.program.instructions import Operation
@@ -19,27 +20,34 @@ BITS = 200
 """A working precision that outlasts the cancellation in Lie derivatives of plants."""
 
 _SHORT = 2.0**20
+_SIMPLE = 2**36
+"""Fractions whose numerator times denominator is below this are what a decimal in a plant file means."""
 _YES, _NO, _NAN = arb(1), arb(0), arb("nan")
 
 
 def to_balls(kernel: Kernel) -> Callable[..., tuple[arb, ...]]:
     """A function from balls of the inputs, in order, to balls of the outputs, in the working precision of the moment.
 
-    A constant of more than 20 binary digits counts as any number that rounds to it: what is certainly not zero here is
-    certainly not zero for the exact constants. A value that does not exist as a real number for every point of the
-    balls is a NaN ball, also one that hangs on a comparison which the balls leave open.
+    A constant is the short fraction that rounds to it (9.81 is 981/100), or else any number that rounds to it: what is
+    certainly not zero here is certainly not zero for the exact constants. A value that does not exist as a real number
+    for every point of the balls is a NaN ball, also one that hangs on a comparison which the balls leave open.
 
     Raises:
         UlnaError: for FLIP: what is written out in an arithmetic has no bounds of use.
     """
+    return evaluator(kernel, FUNCTIONS)
+
+
+def evaluator(kernel: Kernel, functions: Mapping[Operation, Callable[..., Any]]) -> Callable[..., tuple[Any, ...]]:
+    """The kernel on values of any kind that the functions know, constants as balls."""
     first = len(kernel.inputs)
     constants: dict[int, arb] = {}
-    steps: list[tuple[int, Callable[..., arb], tuple[int, ...]]] = []
+    steps: list[tuple[int, Callable[..., Any], tuple[int, ...]]] = []
     for index, instruction in enumerate(kernel.instructions, start=first):
         if instruction.operation is Operation.CONSTANT:
             constants[index] = _enclosure(instruction.value)
-        elif instruction.operation in _FUNCTIONS:
-            steps.append((index, _FUNCTIONS[instruction.operation], instruction.operands))
+        elif instruction.operation in functions:
+            steps.append((index, functions[instruction.operation], instruction.operands))
         else:
             raise UlnaError(
                 f"balls of '{kernel.name}'",
@@ -47,8 +55,8 @@ def to_balls(kernel: Kernel) -> Callable[..., tuple[arb, ...]]:
                 "Take the kernel as it was before `in_arithmetic`.",
             )
 
-    def evaluate(*inputs: arb) -> tuple[arb, ...]:
-        values = {**dict(enumerate(inputs)), **constants}
+    def evaluate(*inputs: Any) -> tuple[Any, ...]:
+        values: dict[int, Any] = {**dict(enumerate(inputs)), **constants}
         for index, function, operands in steps:
             values[index] = function(*[values[k] for k in operands])
         return tuple(values[k] for k in kernel.results)
@@ -68,12 +76,28 @@ def balls_by_name(kernel: Kernel) -> Callable[[Mapping[str, arb]], dict[str, arb
 
 
 def _enclosure(value: float) -> arb:
-    """Every number that rounds to the double; one of few digits stands for itself."""
+    """The short fraction that rounds to the double, or every number that does."""
     if not math.isfinite(value):
         return _NAN
-    if (math.frexp(value)[0] * _SHORT).is_integer():
+    if (math.frexp(value)[0] * _SHORT).is_integer() or (value.is_integer() and abs(value) < 2.0**53):
         return arb(value)
+    for above, below in _convergents(abs(value)):
+        if above * below > _SIMPLE:
+            break
+        if above / below == abs(value):
+            return arb(fmpq(above if value > 0 else -above, below))
     return arb(value, abs(value) * 2.0**-52)
+
+
+def _convergents(value: float) -> Iterator[tuple[int, int]]:
+    """The convergents of the continued fraction of a positive number, numerator and denominator."""
+    above, below = value.as_integer_ratio()
+    p, q = (1, 0), (0, 1)
+    while below:
+        whole, rest = divmod(above, below)
+        p, q = (whole * p[0] + p[1], p[0]), (whole * q[0] + q[1], q[0])
+        yield p[0], q[0]
+        above, below = below, rest
 
 
 def _truth(value: arb) -> bool | None:
@@ -119,7 +143,7 @@ def _select(condition: arb, yes: arb, no: arb) -> arb:
     return _NAN if truth is None else yes if truth else no
 
 
-_FUNCTIONS: Mapping[Operation, Callable[..., arb]] = {
+FUNCTIONS: Mapping[Operation, Callable[..., Any]] = {
     Operation.ADD: lambda a, b: a + b,
     Operation.SUB: lambda a, b: a - b,
     Operation.MUL: lambda a, b: a * b,

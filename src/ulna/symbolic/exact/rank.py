@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
-from flint import arb
+from flint import arb, ctx
 
 from ulna.base import Verdict
 from ulna.symbolic.exact.ball import tape
@@ -106,7 +106,10 @@ def rank_at(
 
 
 def rank_of_balls(rows: Sequence[Sequence[arb]], *, point: Point) -> Rank:
-    """The rank of a matrix of numbers known as balls: certain from below, proved if the rest is exactly zero.
+    """The rank of a matrix of numbers known as balls, every row on its own scale.
+
+    Certain from below. Proved if the rest is exactly zero, supported if it is zero to half of the working digits;
+    undecided, and only a lower bound, if the balls are too wide to tell.
 
     Args:
         rows: (m, n); a NaN ball makes the verdict undecided.
@@ -116,14 +119,20 @@ def rank_of_balls(rows: Sequence[Sequence[arb]], *, point: Point) -> Rank:
     if any(not value.is_finite() for row in rows for value in row):
         return Rank(value=0, verdict=_not_evaluated(claim), point=None, rows=(), columns=())
     height, width = len(rows), len(rows[0]) if rows else 0
-    left = [list(row) for row in rows]
+    sizes = [max((value.abs_upper() for value in row), default=arb(0)) for row in rows]
+    left = [[value / size for value in row] if size > 0 else list(row) for row, size in zip(rows, sizes, strict=True)]
     pivots = _eliminated(left, [0] * height, width)
     value = len(pivots.rows)
     claim = f"the rank is {value}"
     evidence = {"point": point, "rows": pivots.rows, "columns": pivots.columns}
     rest = [left[i][j] for i in range(height) if i not in pivots.rows for j in range(width) if j not in pivots.columns]
-    exact = value == min(height, width) or all(entry.is_zero() for entry in rest)
-    verdict = Verdict.proved(claim, **evidence) if exact else Verdict.supported(claim, **evidence, points=1)
+    small = arb(2) ** (-(ctx.prec // 2))
+    if value == min(height, width) or all(entry.is_zero() for entry in rest):
+        verdict = Verdict.proved(claim, **evidence)
+    elif all(entry.abs_upper() < small for entry in rest):
+        verdict = Verdict.supported(claim, **evidence, points=1)
+    else:
+        verdict = Verdict.undecided(claim, **evidence, tried=f"{ctx.prec} binary digits: the rest may be zero or not")
     return Rank(value=value, verdict=verdict, point=point, rows=pivots.rows, columns=pivots.columns)
 
 
