@@ -21,6 +21,9 @@ BRANCH = "branch_"
 LARGEST = 1000
 """Denominators of exponents that are told from others."""
 
+_ENDLESS = frozenset({Operation.LOG, Operation.ATANH})
+"""What has no value at its edge."""
+
 _INVERSE = frozenset({Operation.ASIN, Operation.ACOS, Operation.ACOSH})
 
 
@@ -64,7 +67,7 @@ def branches_of(kernel: Kernel, still: Collection[str]) -> tuple[Branch, ...]:
         fixed.append(all(fixed[k] for k in instruction.operands))
         if instruction.operands and fixed[instruction.operands[0]]:
             continue
-        if instruction.operation is Operation.SQRT or instruction.operation in _INVERSE:
+        if instruction.operation is Operation.SQRT or instruction.operation in _INVERSE | _ENDLESS:
             found.append(Branch(place=place))
         elif instruction.operation is Operation.POW:
             exponent = _constant(kernel, instruction.operands[1])
@@ -108,11 +111,15 @@ def _functions(listing: InstructionList, instruction: Instruction, operands: tup
     argument = operands[0]
     if instruction.operation is Operation.SQRT:
         return [value, argument]
+    if instruction.operation is Operation.LOG:
+        return [argument, argument]
     one = listing.constant(1.0)
-    if instruction.operation in _INVERSE:
+    if instruction.operation in _INVERSE | {Operation.ATANH}:
         square = listing.emit(Operation.MUL, argument, argument)
         outside = instruction.operation is Operation.ACOSH
         edge = listing.emit(Operation.SUB, *((square, one) if outside else (one, square)))
+        if instruction.operation is Operation.ATANH:
+            return [edge, edge]
         return [listing.emit(Operation.SQRT, edge), edge]
     # A power a/b of a distance τᵇ is τᵃ; where a is even, the distance over the power, τᵇ⁻ᵃ, changes sign.
     exponent = operands[1]
@@ -125,6 +132,8 @@ def _functions(listing: InstructionList, instruction: Instruction, operands: tup
 
 
 def _at_the_edge(listing: InstructionList, operation: Operation, operands: tuple[int, ...]) -> int:
+    if operation in _ENDLESS:
+        return listing.constant(math.nan)
     zero = listing.constant(0.0)
     if operation not in (Operation.ASIN, Operation.ACOS):
         return zero

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from ulna.program.instructions import Instruction, InstructionList, Operation, pruned
@@ -31,7 +32,7 @@ class Moded:
 
 
 def with_modes(kernel: Kernel) -> Moded:
-    """The kernel with every comparison, minimum, maximum, absolute value and sign decided by a mode.
+    """The kernel with every comparison, minimum, maximum, absolute value, sign and cut of an angle decided by a mode.
 
     A high-order step must not run across a jump: its series knows one side only. An integrator stops at the zero of
     a guard, changes the mode there and goes on.
@@ -60,12 +61,12 @@ def with_modes(kernel: Kernel) -> Moded:
 
 
 def _jumps(instruction: Instruction) -> bool:
-    return instruction.operation in _COMPARISONS or instruction.operation in _SIGNED
+    return instruction.operation in _COMPARISONS or instruction.operation in _SIGNED | {Operation.ATAN2}
 
 
 def _pair(kernel: Kernel, instruction: Instruction) -> tuple[tuple[int, int], bool]:
     """The two compared values in the one order used for them, and whether the instruction has the other order."""
-    if instruction.operation in _SIGNED:
+    if instruction.operation in _SIGNED | {Operation.ATAN2}:
         return (instruction.operands[0], ZERO), False
     a, b = (ZERO if _is_zero(kernel, operand) else operand for operand in instruction.operands)
     turned = a == ZERO or (b != ZERO and b < a)
@@ -86,6 +87,16 @@ def _is_zero(kernel: Kernel, index: int) -> bool:
     return instruction.operation is Operation.CONSTANT and instruction.value == 0.0
 
 
+def _turned(listing: InstructionList, operands: tuple[int, ...], mode: int) -> int:
+    """atan2(y, x) on one side of y = 0, past which it goes on without a jump: the angle from ±π/2."""
+    y, x = operands
+    side, other = listing.emit(Operation.MUL, mode, y), listing.emit(Operation.MUL, mode, x)
+    angle = listing.emit(Operation.ATAN2, listing.emit(Operation.NEG, other), side)
+    quarter = listing.emit(Operation.MUL, listing.constant(math.pi / 2), mode)
+    turned = listing.emit(Operation.ADD, quarter, angle)
+    return listing.emit(Operation.SELECT, mode, turned, listing.emit(Operation.ATAN2, y, x))
+
+
 def _decided(listing: InstructionList, operation: Operation, operands: tuple[int, ...], mode: int, turned: bool) -> int:
     """The value of a comparing instruction, given the sign of its guard."""
     if operation is Operation.SIGN:
@@ -95,6 +106,8 @@ def _decided(listing: InstructionList, operation: Operation, operands: tuple[int
     match operation:
         case Operation.LESS | Operation.LESS_EQUAL | Operation.EQUAL:
             return listing.emit(operation, *below)
+        case Operation.ATAN2:
+            return _turned(listing, operands, mode)
         case Operation.MIN:
             return listing.emit(Operation.SELECT, listing.emit(Operation.LESS, *below), *operands)
         case Operation.MAX:

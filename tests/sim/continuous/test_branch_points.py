@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from ulna.base import SimulationError
-from ulna.program import branches_of, edges_of, to_python, with_branches
+from ulna.program import branches_of, edges_of, to_python, with_branches, with_modes
 from ulna.sim import TIME, Ends, EventKind, Held, Outcome, Trajectory, simulate
 from ulna.symbolic.compiling import kernel
 from ulna.system import Parameter, Signal, System
@@ -94,6 +94,7 @@ def test_a_field_that_leads_outside_ends_the_run_with_a_name(
         ((-1, sp.sqrt(sp.Abs(x))), (1.0, 0.0), 2 / 3 + 16 / 3),
         ((1, sp.asin(sp.sin(x))), (0.0, 0.0), math.pi**2 / 8 + ((5 - 2 * math.pi) ** 2 - math.pi**2 / 4) / 2),
         ((1, sp.sin(x) / x), (-1.0, 0.0), float(sp.Si(1) + sp.Si(4))),
+        ((1, sp.atan2(sp.sin(x), sp.cos(x))), (0.0, 0.0), ((5 - 2 * math.pi) ** 2) / 2),
     ],
     ids=str,
 )
@@ -102,6 +103,22 @@ def test_a_field_that_goes_on_beyond_is_followed(
 ) -> None:
     for times in GRIDS:
         assert simulate(plant(*rates), start, times).final_state[1] == pytest.approx(last, abs=1e-9)
+
+
+def test_a_weak_singularity_is_not_stepped_over() -> None:
+    runs = [simulate(plant(-1 + x * sp.log(x)), [1.0], times, throw=False) for times in GRIDS]
+    assert {edge(run) for run in runs} == {(runs[0].times[-1], "the logarithm of x reaches 0")}
+    assert all(abs(run.final_state[0]) < 1e-13 for run in runs)
+
+
+def test_an_angle_is_not_cut_while_its_side_is_kept() -> None:
+    moded = with_modes(kernel("angle", (x, v), {"a": sp.atan2(x, v)}))
+    assert moded.guards == 1
+    evaluate = to_python(moded.kernel)
+    for side in (1.0, -1.0):
+        for y, x_ in ((0.3, 0.4), (0.3, -0.4), (1e-9, -1.0)):
+            assert evaluate(side * y, x_, side)[0] == pytest.approx(math.atan2(side * y, x_), abs=1e-15)
+        assert evaluate(-side * 1e-12, -1.0, side)[0] == pytest.approx(side * (math.pi + 1e-12), abs=1e-15)
 
 
 def test_an_empty_tank_fills_when_something_flows_in() -> None:

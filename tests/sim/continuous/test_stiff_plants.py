@@ -114,6 +114,8 @@ def test_outcomes_of_the_implicit_engine() -> None:
     assert blown.times[-1] == pytest.approx(1.0, abs=1e-6)
     rested = simulate(plant(-sp.sqrt(x)), [1.0], 5.0, engine=Implicit())
     assert rested.final_state[0] == 0.0
+    pole = simulate(plant(1, 1 / (x - sp.Rational(7, 10))), (0, 0), 2.0, engine=Implicit(), throw=False)
+    assert (pole.outcome, pole.events[-1].signal) == (Outcome.EDGE, "the denominator -0.7 + x reaches 0")
     few = simulate(ROBERTSON, (1, 0, 0), 1e11, engine=Implicit(maximum_steps=20), throw=False)
     assert few.outcome is Outcome.STEP_LIMIT
     with pytest.raises(SimulationError, match="tolerance"):

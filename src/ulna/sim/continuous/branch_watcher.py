@@ -10,9 +10,6 @@ from ulna.sim.continuous.watcher import Watcher
 from ulna.sim.event import EventKind
 from ulna.sim.outcome import Outcome
 
-TINY = 1e-13
-"""Distances from the edge below this part of the largest one are at it."""
-
 STRAIGHT = 1e-6
 """Changes below this part of a value show its slope."""
 
@@ -37,9 +34,9 @@ class WatchedBranch(Watcher):
         at.rests[self.place] = 0.0
         distance = self._distance(at)
         self.size = max(self.size, abs(distance))
-        if distance > TINY * self.size:
+        if distance > at.motion.near * self.size:
             self._leave(at)
-        elif distance < -TINY * self.size:
+        elif distance < -at.motion.near * self.size:
             self._end(at, f"{self.name.partition(' reaches')[0].partition(' meets')[0]} is not defined")
         else:
             self._meet(at)
@@ -50,7 +47,7 @@ class WatchedBranch(Watcher):
             return function in self.functions and bool(at.rests[self.place])
         distance = self._distance(at)
         self.size = max(self.size, abs(distance))
-        return function in self.functions or not distance > TINY * self.size
+        return function in self.functions or not distance > at.motion.near * self.size
 
     def crossed(self, at: Course, function: int) -> None:
         """See `Watcher`."""
@@ -67,9 +64,9 @@ class WatchedBranch(Watcher):
         was, at.rests[self.place] = at.rests[self.place], 1.0
         later = at.moved_on(min(AHEAD * at.span, at.until - at.time))
         distance = self._distance(later)
-        if not np.isfinite(later.state).all() or distance < -TINY * self.size:
+        if not np.isfinite(later.state).all() or distance < -at.motion.near * self.size:
             self._end(at)
-        elif distance > TINY * self.size:
+        elif distance > at.motion.near * self.size:
             # The field at the edge leads the first moment; then the root is a number again whose slope is finite.
             moment = at.moment()
             later = at.moved_on(moment)
@@ -80,7 +77,7 @@ class WatchedBranch(Watcher):
             *signs, above, below = self.functions
             for function in signs:
                 at.sides[function] = 0.0
-            at.levels[above], at.levels[below] = TINY * self.size, -TINY * self.size
+            at.levels[above], at.levels[below] = at.motion.near * self.size, -at.motion.near * self.size
             at.sides[above], at.sides[below] = -1.0, 1.0
             if not was:
                 self._put_on_edge(at)

@@ -31,6 +31,10 @@ SMALLEST = 1e-290
 BEND, FINE_BEND = 1e-6, 1e-10
 """By how much a short way may bend, as part of the state, where it is gone by Heun and where by Euler."""
 
+NEAR, ROUGHLY_NEAR = 1e-13, 1e-6
+"""Distances from the edge of a function's domain below this part of the largest one are at it, of an engine exact to
+rounding and of one to its tolerance."""
+
 CHATTER = 100
 """Changes at one instant after which nothing moves any more."""
 
@@ -65,6 +69,7 @@ class Motion:
         self.scheme = scheme
         self._stiffness = stiffness
         self.bend = BEND if stiffness is None else FINE_BEND
+        self.near = NEAR if stiffness is None else ROUGHLY_NEAR
         self._evaluate = to_python(scheme.moded.kernel)
         self._count = len(scheme.layout.states)
 

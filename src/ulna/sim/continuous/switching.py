@@ -14,6 +14,12 @@ from ulna.sim.continuous.stiffness import APPROACH, Stiffness
 from ulna.sim.continuous.yardstick import Yardstick
 from ulna.sim.outcome import Outcome
 
+PATIENCE = 5000
+"""Steps after which an implicit run is looked at, which follows a motion in few."""
+
+HOPELESS = 1e5
+"""An implicit run that would need more than so many looks to arrive is over: it comes ever closer to a pole."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Leg:
@@ -97,7 +103,7 @@ class Switching(ABC):
             if done == len(times):
                 return Stretch(times=times, states=states, outcome=Outcome.FINISHED)
             # Steps become ever shorter towards a branch point: one looks now and then.
-            most = min(APPROACH, steps) if self.explicit or self.scheme.branches else steps
+            most = min(APPROACH if self.explicit else PATIENCE, steps)
             began = course.time
             leg = self.leg(course, times[done:], most, bounded=bounded)
             states[done : done + len(leg.rows)] = leg.rows
@@ -109,6 +115,8 @@ class Switching(ABC):
                 steps -= most
                 edge = leg.outcome is not Outcome.BLEW_UP and course.at_edge(leg.time, leg.state)
                 stuck = self._stuck(course, leg, began, float(times[-1]), steps)
+                if not self.explicit and (leg.time - began) * HOPELESS < float(times[-1]) - leg.time:
+                    steps = 0
                 if not edge and (leg.outcome is not Outcome.STEP_LIMIT or steps <= 0 or stuck):
                     course.outcome = leg.outcome
                     return ended_early(
