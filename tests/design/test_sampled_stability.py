@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import mpmath
 import numpy as np
 import pytest
 import sympy as sp
@@ -21,7 +20,6 @@ from ulna.design import (
     sampling_advice,
     state_feedback,
 )
-from ulna.design.control.sampled_stability import _exponential
 from ulna.loop import Hardware, Loop, RungeKutta4, Saturation
 from ulna.plants import arm_with_drive, preset
 from ulna.sim import FixedSteps, Trajectory, metrics, simulate
@@ -47,7 +45,7 @@ def run(name: str, law: Law, seconds: float) -> Trajectory:
     volts = float(preset(name).limits.voltage or 0)
     chip = Hardware(period=1e-3, delay=1e-3, saturation=Saturation(lower=-volts, upper=volts))
     loop = Loop(plant=arm_with_drive(preset(name)), controller=law, hardware=chip)
-    return simulate(loop, [1.0, 0.0, 0.0], np.linspace(0, seconds, 1001), engine=FixedSteps(number=12))
+    return simulate(loop, [1.0, 0.0, 0.0], np.linspace(0, seconds, 1001))
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
@@ -62,19 +60,6 @@ def test_an_integrator_with_a_late_law_has_the_multipliers_of_the_closed_form(sh
     assert found == pytest.approx(expected, abs=1e-12)
 
 
-def test_the_batched_exponential_is_exact_to_the_last_digits() -> None:
-    rng = np.random.default_rng(3)
-    matrices = rng.normal(size=(12, 5, 5)) * 10.0 ** rng.uniform(-5, 0.5, size=(12, 5, 5))
-    found = _exponential(matrices, 1.0)
-    with mpmath.workdps(40):
-        for matrix, exponential in zip(matrices, found, strict=True):
-            expected = np.array(mpmath.expm(mpmath.matrix(matrix.tolist())).tolist(), dtype=float)
-            assert np.abs(exponential - expected).max() < 1e-14 * np.abs(expected).max()
-    matrices[3, 0, 0] = np.nan
-    assert np.isnan(_exponential(matrices, 1.0)[3]).all()
-    assert np.isfinite(_exponential(matrices, 1.0)[4]).all()
-
-
 def test_a_sampled_run_of_law_and_observer_decays_at_the_rate_of_the_largest_multiplier() -> None:
     plant = system_from_mapping({"states": {"x": "v", "v": "-x + u"}, "inputs": {"u": {}}, "outputs": {"y": "x"}})
     whole = compensator(
@@ -82,8 +67,9 @@ def test_a_sampled_run_of_law_and_observer_decays_at_the_rate_of_the_largest_mul
         exact_observer(observer_form(plant), Poles(-7, -8)),
     )
     period = 0.05
-    grid = sampled_grid(plant, whole, {}, period=period)
-    chip = Hardware(period=period, delay=period, discretisation=RungeKutta4(substeps=20))
+    rule = RungeKutta4(substeps=20)
+    grid = sampled_grid(plant, whole, {}, period=period, discretisation=rule)
+    chip = Hardware(period=period, delay=period, discretisation=rule)
     loop = Loop(plant=plant, controller=whole, hardware=chip)
     # A linear loop: the next samples follow from the past ones by the characteristic polynomial of the multipliers.
     states = simulate(loop, [1.0, 0.5], np.arange(0, 3.01, period), engine=FixedSteps(number=40))["x"]

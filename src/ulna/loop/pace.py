@@ -26,9 +26,9 @@ def pace(loop: Fitted, plant: Kernel, *, constants: dict[str, str], disturbances
     w, n = Assembly("pace"), len(loop.wiring.plant.states)
     best = w.input("pace")
     try:
-        slopes = tangents(row_of(plant, "x'"), [f"x{k}" for k in range(n)])
+        slopes = tangents(row_of(plant, "x'"), [f"x{k}" for k in range(n)], piecewise=True)
     except UlnaError:
-        # A rounding in the plant has no slope.
+        # A function without a rule: nothing is known of the rate.
         return w.finished({"pace": best})
     known = roles(
         x=w.inputs("x", n),

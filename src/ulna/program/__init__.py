@@ -1,7 +1,7 @@
 """`Kernel`: a function as one list of instructions, its transforms, and its lowerings; no computer algebra."""
 
 from ulna.program.affine_inputs import solved_for_inputs
-from ulna.program.arithmetic import AbstractArithmetic, Fused, Plain, in_arithmetic
+from ulna.program.arithmetic import AbstractArithmetic, Fused, Plain, Unwritten, in_arithmetic
 from ulna.program.assembly import Assembly, chained
 from ulna.program.bound import bound
 from ulna.program.branches import REST, Branch, Branched, branches_of, with_branches
@@ -58,6 +58,7 @@ __all__ = [
     "Precision",
     "Scalar",
     "Terms",
+    "Unwritten",
     "at_zero",
     "balls_by_name",
     "bound",

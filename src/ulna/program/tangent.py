@@ -10,10 +10,14 @@ from ulna.program.instructions import Instruction, InstructionList, Operation, p
 from ulna.program.kernel import Kernel, check_names, copied
 
 
-def tangents(original: Kernel, along: Sequence[str]) -> Kernel:
+def tangents(original: Kernel, along: Sequence[str], *, piecewise: bool = False) -> Kernel:
     """The kernel of ∂output/∂input for every output and every input in `along`, named `output/input`.
 
     Forward mode, one sweep for each input; what does not depend on the input costs nothing.
+
+    Args:
+        original: what is differentiated. along: its inputs.
+        piecewise: whether it may have kinks and jumps; the slopes are those of the branch taken, on a kink of one side.
 
     Raises:
         UlnaError: for an operation without a derivative.
@@ -22,7 +26,8 @@ def tangents(original: Kernel, along: Sequence[str]) -> Kernel:
     values = copied(original, out)
     outputs, results = [], []
     for name in along:
-        slopes = _sweep(original, out, values, {original.inputs.index(name): out.constant(1.0)})
+        start = {original.inputs.index(name): out.constant(1.0)}
+        slopes = _sweep(original, out, values, start, piecewise=piecewise)
         for output, result in zip(original.outputs, original.results, strict=True):
             slope = slopes[result]
             outputs.append(f"{output}/{name}")
@@ -97,7 +102,9 @@ def _folded(out: InstructionList, instruction: Instruction, operands: list[int |
     return out.emit(operation, *(out.constant(0.0) if k is None else k for k in operands))
 
 
-def _sweep(original: Kernel, out: InstructionList, values: list[int], speeds: Mapping[int, int]) -> list[int | None]:
+def _sweep(
+    original: Kernel, out: InstructionList, values: list[int], speeds: Mapping[int, int], *, piecewise: bool = False
+) -> list[int | None]:
     """The slope of every value for inputs that move with given speeds, None where it is zero."""
     first = len(original.inputs)
     slopes: list[int | None] = [speeds.get(k) for k in range(first)]
@@ -107,6 +114,10 @@ def _sweep(original: Kernel, out: InstructionList, values: list[int], speeds: Ma
         if all(part is None for part in parts):
             slopes.append(None)
             continue
+        arguments = [values[k] for k in instruction.operands]
+        if piecewise and instruction.operation in _BRANCHES:
+            slopes.append(_branch(out, instruction.operation, arguments, parts))
+            continue
         rule = _RULES.get(instruction.operation)
         if rule is None:
             raise UlnaError(
@@ -115,7 +126,6 @@ def _sweep(original: Kernel, out: InstructionList, values: list[int], speeds: Ma
                 "Write the plant with smooth functions.",
             )
         total: int | None = None
-        arguments = [values[k] for k in instruction.operands]
         for which, part in enumerate(parts):
             if part is None:
                 continue
@@ -123,6 +133,36 @@ def _sweep(original: Kernel, out: InstructionList, values: list[int], speeds: Ma
             total = term if total is None else out.emit(Operation.ADD, total, term)
         slopes.append(total)
     return slopes
+
+
+_FLAT = frozenset(
+    {
+        Operation.SIGN,
+        Operation.FLOOR,
+        Operation.LESS,
+        Operation.LESS_EQUAL,
+        Operation.EQUAL,
+        Operation.AND,
+        Operation.OR,
+        Operation.NOT,
+    }
+)
+_BRANCHES = _FLAT | {Operation.SELECT, Operation.MIN, Operation.MAX, Operation.ABS}
+
+
+def _branch(out: InstructionList, operation: Operation, arguments: list[int], parts: list[int | None]) -> int | None:
+    """The slope of the branch taken; None where it is flat."""
+    if operation in _FLAT or (operation is Operation.SELECT and parts[1] is None and parts[2] is None):
+        return None
+    zero = out.constant(0.0)
+    filled = [zero if part is None else part for part in parts]
+    if operation is Operation.SELECT:
+        return out.emit(Operation.SELECT, arguments[0], filled[1], filled[2])
+    if operation is Operation.ABS:
+        below = out.emit(Operation.LESS, arguments[0], zero)
+        return out.emit(Operation.SELECT, below, out.emit(Operation.NEG, filled[0]), filled[0])
+    order = arguments if operation is Operation.MIN else arguments[::-1]
+    return out.emit(Operation.SELECT, out.emit(Operation.LESS, *order), *filled)
 
 
 _Rule = Callable[[InstructionList, int, list[int], int, int], int]
@@ -184,6 +224,13 @@ def _square_plus(out: InstructionList, index: int, constant: float, sign: float)
     return out.emit(operation, out.constant(constant), square)
 
 
+def _angle(out: InstructionList, _own: int, arguments: list[int], which: int, part: int) -> int:
+    squares = [out.emit(Operation.MUL, a, a) for a in arguments]
+    above = out.emit(Operation.MUL, part, arguments[1 - which])
+    slope = out.emit(Operation.DIV, above, out.emit(Operation.ADD, *squares))
+    return out.emit(Operation.NEG, slope) if which == 1 else slope
+
+
 _RULES: dict[Operation, _Rule] = {
     Operation.ADD: _linear(1.0),
     Operation.SUB: _linear(-1.0),
@@ -201,6 +248,10 @@ _RULES: dict[Operation, _Rule] = {
     Operation.SINH: _outer(lambda out, _own, a: out.emit(Operation.COSH, a)),
     Operation.COSH: _outer(lambda out, _own, a: out.emit(Operation.SINH, a)),
     Operation.TANH: _outer(lambda out, own, _a: _square_plus(out, own, 1.0, -1.0)),
+    Operation.ATAN2: _angle,
+    Operation.ASINH: _over(1.0, lambda out, _own, a: out.emit(Operation.SQRT, _square_plus(out, a, 1.0, 1.0))),
+    Operation.ACOSH: _over(1.0, lambda out, _own, a: out.emit(Operation.SQRT, _square_plus(out, a, -1.0, 1.0))),
+    Operation.ATANH: _over(1.0, lambda out, _own, a: _square_plus(out, a, 1.0, -1.0)),
     Operation.ATAN: _over(1.0, lambda out, _own, a: _square_plus(out, a, 1.0, 1.0)),
     Operation.ASIN: _over(1.0, lambda out, _own, a: out.emit(Operation.SQRT, _square_plus(out, a, 1.0, -1.0))),
     Operation.ACOS: _over(-1.0, lambda out, _own, a: out.emit(Operation.SQRT, _square_plus(out, a, 1.0, -1.0))),

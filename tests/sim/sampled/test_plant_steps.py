@@ -145,18 +145,35 @@ def test_a_number_of_steps_that_is_none_is_refused(number: Any) -> None:
         given.__post_init__()
 
 
-def _rate(matrix: np.ndarray, **hardware: Any) -> float:
+def _rate(matrix: np.ndarray) -> float:
     """Period · fastest rate, as the loop sees it."""
-    n = len(matrix)
     rows = {f"x{i}": " + ".join(f"({float(a)!r})*x{j}" for j, a in enumerate(r)) for i, r in enumerate(matrix)}
     rows["x0"] += " + u"
+    return _rate_of(rows, {})
+
+
+def _rate_of(rows: dict[str, str], at: dict[str, float]) -> float:
     plant = system_from_mapping({"name": "p", "states": rows, "inputs": {"u": {}}, "outputs": {"y": "x0"}})
-    loop = Loop(plant=plant, controller=_law(u="-y"), hardware=Hardware(period=PERIOD, **hardware))
-    kernel = loop.flow.pace
-    known = loop.flow.numbers
-    values = [known.get(name, 0.0) for name in kernel.inputs]
-    assert n == len(loop.plant.states)
-    return periods_of(to_python(kernel)(*values)[0]) / PERIOD
+    flow = Loop(plant=plant, controller=_law(u="-y"), hardware=Hardware(period=PERIOD)).flow
+    known = {**flow.numbers, **at}
+    return periods_of(to_python(flow.pace)(*(known.get(name, 0.0) for name in flow.pace.inputs))[0]) / PERIOD
+
+
+@pytest.mark.parametrize(
+    ("text", "x0", "rate"),
+    [
+        ("-abs(3000*x0)", 0.5, 3000.0),
+        ("-max(0, 3000*x0)", 0.5, 3000.0),
+        ("-max(0, 3000*x0)", -0.5, 0.0),
+        ("-min(0.1, 3000*x0)", -0.5, 3000.0),
+        ("-sign(x0) - 2000*x0", 0.5, 2000.0),
+        ("-50*tanh(x0/0.001)", 0.0, 50000.0),
+        ("-1000*atan2(x0, 2)", 0.0, 500.0),
+        ("-1000*asinh(x0)", 0.0, 1000.0),
+    ],
+)
+def test_the_rate_is_seen_through_kinks_and_every_function(text: str, x0: float, rate: float) -> None:
+    assert _rate_of({"x0": f"{text} + u"}, {"x0": x0}) == pytest.approx(rate, rel=1e-6)
 
 
 def test_the_fastest_rate_is_that_of_the_largest_eigenvalue() -> None:

@@ -6,8 +6,8 @@ Source: K. J. Åström, B. Wittenmark, Computer-Controlled Systems, 3rd ed., sec
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from ulna.base import DesignError, Verdict
 from ulna.design.control.grid import LoopGrid, loop_grid
 from ulna.design.control.law import Law
 from ulna.design.control.output_feedback import Compensator, close_loop
+from ulna.loop import Discretisation, Hardware, Loop, Program, Repeat, RungeKutta4, Steps, applied
+from ulna.loop.flow import flow
+from ulna.loop.step import step
+from ulna.program import Kernel, Unwritten, tangents, to_numpy
 from ulna.symbolic.compiling import batch_jacobian, batch_vector
 from ulna.system import System
 
@@ -22,21 +26,8 @@ _ENOUGH = 50.0
 """1/0.02: a 2 % band."""
 _WORTH = 0.5
 """Least share of the designed decay rate that sampling must leave."""
-_RADIUS, _TERMS = 0.5, 14
-"""Norm up to which the Taylor series of the exponential is summed, and its terms: 0.5¹⁵/15! is below 1e-16."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Matrices:
-    """(P, ·, ·) Jacobians of plant, observer and law at rest; the observer has no states for a law alone."""
-
-    A: np.ndarray
-    B: np.ndarray
-    C: np.ndarray
-    Ao: np.ndarray
-    Bo: np.ndarray
-    Co: np.ndarray
-    K: np.ndarray
+_FINE = 0.02
+"""Step of the plant over its shortest time constant: its slopes are then right to eleven digits."""
 
 
 def sampled_grid(
@@ -46,18 +37,19 @@ def sampled_grid(
     *,
     period: float,
     delay: float | None = None,
+    discretisation: Discretisation | None = None,
     guess: Mapping[str, str | float] | None = None,
 ) -> LoopGrid:
     """The loop of `loop_grid`, closed by a processor: eigenvalues ln(z)/period of its linearisation at rest.
 
-    At each sample the observer advances (measured outputs on a straight line between samples, input as held), the
-    law computes the command, and the plant's input takes it `delay` later and holds it. The real part of ln(z)/period
-    is the decay rate of the samples; it is positive where the sampled loop is unstable.
+    The kernels of `loop.step` and `loop.flow` are linearised. The real part of ln(z)/period is the decay rate of the
+    samples; it is positive where the sampled loop is unstable. There are as many eigenvalues as states and commands.
 
     Args:
         plant: the true plant; over, guess: as in `loop_grid` of the continuous loop.
         controller: a law on measured states, or a compensator; without integral action.
         period: in s; delay: in s from 0 to the period; left out, a whole period.
+        discretisation: of the observer; left out, that of `Hardware`.
 
     Raises:
         DesignError: for a delay outside 0 … period, or a law with states of its own.
@@ -69,11 +61,23 @@ def sampled_grid(
     if law.system.states:
         raise DesignError(f"sampled loop of '{plant.name}'", "its law has integrators.", "Leave them out here.")
     grid = loop_grid(close_loop(plant, controller).system, over, guess=guess)
-    steps = _step(_matrices(plant, controller, grid), period, late)
-    found = np.isfinite(steps).all(axis=(1, 2))
-    multipliers = np.full(steps.shape[:2], np.nan, dtype=complex)
+    chip = Hardware(
+        period=period,
+        delay=late,
+        discretisation=discretisation or RungeKutta4(),
+        guard=None,
+        arithmetic=Unwritten(),
+    )
+    loop, at = Loop(plant=plant, controller=controller, hardware=chip), _values(plant, controller, grid)
+    rates = _rates(plant, at)
+    number = max(1, math.ceil(period * float(np.nanmax(rates, initial=0.0)) / _FINE))
+    slopes = _period_map(loop, at, grid, number)
+    found = np.isfinite(slopes).all(axis=(1, 2))
+    size = grid.rest.shape[1] + len(loop.wiring.driven)
+    multipliers = np.full((len(slopes), size), np.nan, dtype=complex)
     if found.any():
-        multipliers[found] = np.linalg.eigvals(steps[found])
+        every = np.linalg.eigvals(slopes[found])
+        multipliers[found] = np.take_along_axis(every, np.argsort(-np.abs(every), axis=1), axis=1)[:, :size]
     smallest = np.where(np.abs(multipliers) < 1e-300, 1e-300, multipliers)  # dead beat: ln 0
     return replace(grid, eigenvalues=np.log(smallest) / period)
 
@@ -109,7 +113,7 @@ def sampling_advice(
     continuous = loop_grid(loop, known, guess=guess)
     row = grid.eigenvalues[0]
     worst = row[int(np.argmax(row.real))]
-    fastest = _fastest(plant, continuous)
+    fastest = float(_rates(plant, _values(plant, controller, continuous))[0])
     evidence: dict[str, object] = {
         "largest_multiplier": float(np.exp(worst.real * period)),
         "frequency": float(abs(worst.imag) / (2 * math.pi)),
@@ -126,47 +130,6 @@ def sampling_advice(
     return (Verdict.supported if works else Verdict.refuted)(claim, **evidence)
 
 
-def _matrices(plant: System, controller: Law | Compensator, grid: LoopGrid) -> _Matrices:
-    at = _values(plant, controller, grid)
-    symbols = [*plant.state_symbols, *plant.input_symbols, *plant.parameter_symbols]
-    rates, readouts = plant.inline(plant.rates), plant.inline(plant.readouts)
-    law = controller if isinstance(controller, Law) else controller.law
-    size = grid.rest.shape[0]
-    wanted = list(law.form.system.state_symbols)
-    inputs = [*law.system.input_symbols, *law.system.parameter_symbols]
-    command = law.system.inline(law.system.readouts)
-    known = [s for s in plant.state_symbols if s in wanted]
-    if isinstance(controller, Law):
-        Ao, Bo, Co = np.zeros((size, 0, 0)), np.zeros((size, 0, 0)), np.zeros((size, 0, 0))
-        K = batch_jacobian("law", command, list(plant.state_symbols), [*dict.fromkeys([*inputs, *known])])
-        gains = K(at)
-        measured = batch_jacobian("states", plant.state_symbols, plant.state_symbols, symbols)(at)
-    else:
-        seen = {f"{s.name}_hat": s.name for s in law.form.system.states}
-        estimates = {n: at[h] for h, n in seen.items()}
-        gains = batch_jacobian("law", command, wanted, inputs)({**at, **estimates})
-        observer = controller.observer.system
-        every = [*observer.state_symbols, *observer.input_symbols, *observer.parameter_symbols]
-        slopes = observer.inline(observer.rates)
-        Ao = batch_jacobian("observer", slopes, observer.state_symbols, every)(at)
-        driven = [s.symbol for s in law.form.system.inputs]
-        outputs = [s for s in observer.input_symbols if s not in driven]
-        Bo = batch_jacobian("observer inputs", slopes, [*driven, *outputs], every)(at)
-        shown = observer.inline(observer.readouts)
-        Co = batch_jacobian("estimates", shown, observer.state_symbols, every)(at)
-        kept = [k for k, o in enumerate(plant.outputs) if o.symbol in outputs]
-        measured = batch_jacobian("outputs", [readouts[k] for k in kept], plant.state_symbols, symbols)(at)
-    return _Matrices(
-        A=batch_jacobian("plant", rates, plant.state_symbols, symbols)(at),
-        B=batch_jacobian("plant input", rates, [s.symbol for s in law.form.system.inputs], symbols)(at),
-        C=measured,
-        Ao=Ao,
-        Bo=Bo,
-        Co=Co,
-        K=gains,
-    )
-
-
 def _values(plant: System, controller: Law | Compensator, grid: LoopGrid) -> dict[str, np.ndarray]:
     """(P,) values at rest of everything that plant, observer and law contain."""
     loop, size = grid.system, grid.rest.shape[0]
@@ -178,78 +141,76 @@ def _values(plant: System, controller: Law | Compensator, grid: LoopGrid) -> dic
     return {**held, **outputs, **states, **grid.points}
 
 
-def _step(m: _Matrices, period: float, delay: float) -> np.ndarray:
-    """(P, N, N) one sample of (plant, observer, command that is on its way)."""
-    n, o, r, p = m.A.shape[1], m.Ao.shape[1], m.B.shape[2], m.C.shape[1]
-    late, soon = _held(m.A, m.B, period, delay)
-    phi = _exponential(m.A, period)
-    step = np.zeros((m.A.shape[0], n + o + r, n + o + r))
-    gains = np.concatenate([m.K, np.zeros((len(m.K), r, o))], axis=2) if o == 0 else m.K @ m.Co
-    command = np.zeros((m.A.shape[0], r, n + o + r))
-    command[:, :, (0 if o == 0 else n) : (n if o == 0 else n + o)] = gains
-    step[:, :n, :n] = phi
-    step[:, :n, n + o :] = late
-    step[:, :n, :] += soon @ command
-    step[:, n + o :, :] = command
-    if o:
-        late_o, soon_o = _held(m.Ao, m.Bo[:, :, :r], period, delay)
-        older, newer = _ramped(m.Ao, m.Bo[:, :, r : r + p], period)
-        step[:, n : n + o, n : n + o] += _exponential(m.Ao, period)
-        step[:, n : n + o, n + o :] += late_o
-        step[:, n : n + o, :] += soon_o @ command + newer @ m.C @ step[:, :n, :]
-        step[:, n : n + o, :n] += older @ m.C
-    return step
+def _period_map(loop: Loop, at: Mapping[str, np.ndarray], grid: LoopGrid, number: int) -> np.ndarray:
+    """(P, S, S) slopes of all slots after a period by those before: of the step's kernels, then of the flow's."""
+    wiring, plant = loop.wiring, loop.plant
+    known = {name: at[name] for name, _ in wiring.parameters}
+    fitted = loop.fit({name: float(values[0]) for name, values in known.items()})
+    processor, moving = step(fitted), flow(fitted, Steps(number=number), {})
+    first: list[Kernel | Repeat] = [moving.outputs, *processor.stages, applied(fitted)]
+    program = (*first, *moving.motion)
+    states = {f"x{k}": grid.rest[:, k] for k in range(len(plant.states))}
+    states |= {f"z{k}": grid.rest[:, len(plant.states) + k] for k in range(len(wiring.memory))}
+    slots = {name: np.full(len(grid.rest), value) for name, value in moving.numbers.items()}
+    before, constants = wiring.controller.before, moving.constants
+    held = np.array(list(known.values()))
+    slots |= dict(zip(before.outputs, to_numpy(before)(*(held[int(name[1:])] for name in before.inputs)), strict=True))
+    own = {f"p{k}": at[p.name] for k, p in enumerate(plant.parameters)}
+    found = to_numpy(constants)(*(own[name] for name in constants.inputs))
+    slots |= {f"plant_{name}": value for name, value in zip(constants.outputs, found, strict=True)}
+    slots |= {f"r{k}": at[s.name] for k, s in enumerate(wiring.references)}
+    slots |= {f"d{k}": at[s.name] for k, s in enumerate(wiring.disturbances)}
+    slots |= {"span": slots["period"], "begun": np.zeros(len(grid.rest))}
+    # At rest a sample changes nothing: what is on its way arrives after a few.
+    for _ in range(fitted.whole_delay + 3):
+        slots |= states
+        for each in first:
+            slots |= _answers(each, slots)
+    slots |= states | {"begun": np.ones(len(grid.rest))}
+    return _slopes(program, slots, tuple(dict.fromkeys(_outputs(program))))
 
 
-def _exponential(A: np.ndarray, time: float) -> np.ndarray:
-    """(P, n, n) e^{At} of every matrix: Taylor series of the scaled matrix, squared back; SciPy loops over matrices."""
-    found = np.asarray(np.isfinite(A).all(axis=(1, 2)))
-    scaled = np.where(found[:, None, None], A, 0.0) * time
-    largest = float(np.abs(scaled).sum(axis=1).max(initial=0.0))
-    squarings = max(0, math.ceil(math.log2(largest / _RADIUS))) if largest > 0 else 0
-    scaled = scaled / 2.0**squarings
-    term = np.broadcast_to(np.eye(A.shape[1]), A.shape)
-    result = term.copy()
-    for k in range(1, _TERMS + 1):
-        term = term @ scaled / k
-        result += term
-    for _ in range(squarings):
-        result = result @ result
-    return np.where(found[:, None, None], result, np.nan)
+def _outputs(program: Program) -> Iterator[str]:
+    for each in program:
+        yield from _outputs(each.body) if isinstance(each, Repeat) else each.outputs
 
 
-def _held(A: np.ndarray, B: np.ndarray, period: float, delay: float) -> tuple[np.ndarray, np.ndarray]:
-    """Effect over a period of the command held until `delay`, and of the one held after it."""
-    before, after = _integral(A, B, delay), _integral(A, B, period - delay)
-    return _exponential(A, period - delay) @ before, after
+def _answers(kernel: Kernel | Repeat, slots: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    if isinstance(kernel, Repeat) or not kernel.outputs:
+        return {}
+    zero = np.zeros_like(slots["period"])
+    found = to_numpy(kernel)(*(slots.get(name, zero) for name in kernel.inputs))
+    return dict(zip(kernel.outputs, found, strict=True))
 
 
-def _integral(A: np.ndarray, B: np.ndarray, time: float) -> np.ndarray:
-    """∫₀ᵗ e^{As} ds B as a block of one exponential."""
-    n, r = B.shape[1:]
-    block = np.zeros((len(A), n + r, n + r))
-    block[:, :n, :n], block[:, :n, n:] = A, B
-    return _exponential(block, time)[:, :n, n:]
+def _slopes(program: Program, slots: dict[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
+    """(P, S, S) slopes of the slots of these names after a program by those before it; the slots are moved on."""
+    whole = np.broadcast_to(np.eye(len(names)), (len(slots["period"]), len(names), len(names)))
+    for each in program:
+        if isinstance(each, Repeat):
+            times = int(slots[each.times][0])
+            whole = np.linalg.matrix_power(_slopes(each.body, slots, names), times) @ whole
+            continue
+        along = [name for name in each.inputs if name in names]
+        part = np.broadcast_to(np.eye(len(names)), whole.shape).copy()
+        rows = [names.index(name) for name in each.outputs]
+        part[:, rows] = 0.0
+        for label, value in _answers(tangents(each, along, piecewise=True), slots).items():
+            output, _, name = label.rpartition("/")
+            part[:, names.index(output), names.index(name)] = value
+        slots |= _answers(each, slots)
+        whole = part @ whole
+    return whole
 
 
-def _ramped(A: np.ndarray, B: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
-    """Effect over a period of the older and the newer value of an input on the straight line between them."""
-    n, r = B.shape[1:]
-    block = np.zeros((len(A), n + 2 * r, n + 2 * r))
-    block[:, :n, :n], block[:, :n, n : n + r] = A, B
-    block[:, n : n + r, n + r :] = np.eye(r)
-    whole = _exponential(block, period)
-    held, ramp = whole[:, :n, n : n + r], whole[:, :n, n + r :] / period
-    return held - ramp, ramp
-
-
-def _fastest(plant: System, grid: LoopGrid) -> float:
-    at = {s.name: grid.rest[:, k] for k, s in enumerate(grid.system.states)}
-    at |= {o.name: grid.outputs[:, k] for k, o in enumerate(grid.system.outputs)} | dict(grid.points)
-    held = {p.name: np.full(1, float(p.si_value)) for p in plant.parameters if p.si_value is not None}
+def _rates(plant: System, at: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(P,) largest eigenvalue of the plant in size, 1/s; NaN where there is no rest."""
     symbols = [*plant.state_symbols, *plant.input_symbols, *plant.parameter_symbols]
-    A = batch_jacobian("plant", plant.inline(plant.rates), plant.state_symbols, symbols)({**held, **at})
-    return float(np.abs(np.linalg.eigvals(A[0]).real).max())
+    slopes = batch_jacobian("plant", plant.inline(plant.rates), plant.state_symbols, symbols)(at)
+    found = np.isfinite(slopes).all(axis=(1, 2))
+    rates = np.full(len(slopes), np.nan)
+    rates[found] = np.abs(np.linalg.eigvals(slopes[found])).max(axis=1)
+    return rates
 
 
 def _over_limits(

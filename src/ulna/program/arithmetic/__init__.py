@@ -27,7 +27,7 @@ fused by a unit at most. At the edges answers are those of IEEE 754 and C99: e^â
 0^0 = 1; only the sign of sin âˆ’0 and its like may be lost.
 """
 
-from ulna.program.arithmetic.arithmetic import AbstractArithmetic, Fused, Plain
+from ulna.program.arithmetic.arithmetic import AbstractArithmetic, Fused, Plain, Unwritten
 from ulna.program.arithmetic.rewriting import in_arithmetic
 
-__all__ = ["AbstractArithmetic", "Fused", "Plain", "in_arithmetic"]
+__all__ = ["AbstractArithmetic", "Fused", "Plain", "Unwritten", "in_arithmetic"]

@@ -50,6 +50,14 @@ class Fused(AbstractArithmetic):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Unwritten(AbstractArithmetic):
+    """Functions stay functions: for derivatives, which are taken before an arithmetic is chosen."""
+
+    fuses = True
+    precision: Precision = Precision.DOUBLE
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Plain(AbstractArithmetic):
     """+, −, ×, ÷, √ and comparisons, each rounded alone: the same bits in every language.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from ulna.program.arithmetic.arithmetic import AbstractArithmetic
+from ulna.program.arithmetic.arithmetic import AbstractArithmetic, Unwritten
 from ulna.program.arithmetic.exponential import exponential
 from ulna.program.arithmetic.hyperbolic import (
     hyperbolic_cosine,
@@ -31,6 +31,8 @@ def in_arithmetic(kernel: Kernel, arithmetic: AbstractArithmetic) -> Kernel:
     The last transform before a lowering, and done once: what is written out has no derivatives, and a sum of products
     that was not fused the first time would be the second time.
     """
+    if isinstance(arithmetic, Unwritten):
+        return kernel
     out = InstructionList(len(kernel.inputs))
     rewriting = _Rewriting(out, arithmetic)
     for instruction in kernel.instructions:
