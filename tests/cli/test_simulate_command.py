@@ -204,4 +204,4 @@ def test_the_exit_status_of_the_program():
     assert entry_point(*ARM, "--initial", "1,0,0", "--until", "theta-1.2").returncode == 0
     failed = entry_point(*ARM, "--input", "u=log(t-1)", "--json")
     assert failed.returncode == 1
-    assert json.loads(failed.stdout)["outcome"] == "not_finite"  # and nothing else on standard output
+    assert json.loads(failed.stdout)["outcome"] == "edge"  # and nothing else on standard output
