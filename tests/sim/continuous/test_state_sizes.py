@@ -104,9 +104,9 @@ def test_a_state_that_begins_at_zero_shows_its_size_along_the_run() -> None:
 
 def test_states_of_one_size_are_left_alone_and_others_are_divided_by_powers_of_two() -> None:
     even, uneven = np.array([[1.0, 0.01, 0.0], [3.0, 0.0, 0.0]]), np.array([[1.0, 1e-9, 0.0], [3.0, 0.0, 0.0]])
-    yardstick = Yardstick(3)
+    yardstick = Yardstick()
     assert yardstick.fits(even)
     assert yardstick.divisors is None
-    assert not Yardstick(3).fits(uneven)
+    assert not Yardstick().fits(uneven)
     assert misfits(np.abs(np.stack([even[0], uneven[0]], axis=1))).tolist() == [False, True]
     assert powers_of_two(np.array([3.0, 1e-9, 0.0])).tolist() == [2.0, 2.0**-30, 1.0]

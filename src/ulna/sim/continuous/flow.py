@@ -73,7 +73,7 @@ class Flow:
         states = result[5]
         if result[0] != self._reached or not inside(states[-1], self._settings.bound):
             return None
-        return states[-1] if Yardstick(len(initial)).fits(states) else None
+        return states[-1] if Yardstick().fits(states) else None
 
     def run(self, initial: np.ndarray, times: np.ndarray, values: list[float], sizes: Yardstick) -> Stretch:
         """The states at the given times (N ≥ 2); `initial` holds at the first. `sizes` are taken in and used."""

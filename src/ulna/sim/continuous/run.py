@@ -125,11 +125,18 @@ def _integrated(
                 final = flow.final(state, start, end, values)
             if final is not None:
                 return Stretch(times=times, states=np.array((state, final)), outcome=Outcome.FINISHED), ()
-    edges = [*times[:1], *(() if breakpoints is None else breakpoints), *times[-1:]]
-    looked = looked_at(times)
-    # What is not finite is found and told of by its outcome.
-    with np.errstate(all="ignore"):
-        run, happened = _stretches(ready, state, looked, edges, inputs, parameters)
+        looked = looked_at(times)
+        with np.errstate(all="ignore"), flow.lock:
+            run = flow.run(state, looked, values, Yardstick())
+        if run.outcome is Outcome.FINISHED and looked is times:
+            return run, ()
+        happened = _ended(run)
+    else:
+        looked = looked_at(times)
+        edges = [*times[:1], *(() if breakpoints is None else breakpoints), *times[-1:]]
+        # What is not finite is found and told of by its outcome.
+        with np.errstate(all="ignore"):
+            run, happened = _stretches(ready, state, looked, edges, inputs, parameters)
     if len(looked) > len(times):
         kept = np.isin(run.times, times)
         kept[-1] = True
@@ -165,7 +172,7 @@ def _stretches(
     parameters: Mapping[str, float],
 ) -> tuple[Stretch, tuple[Event, ...]]:
     """One stretch after the other between the breakpoints of the inputs; breakpoints nobody asked for are dropped."""
-    flow, sizes = ready.flow, Yardstick(len(state))
+    flow, sizes = ready.flow, Yardstick()
     course: Any = None
     if isinstance(flow, Switching):
         course = new_course(flow.motion, ready.rules, float(times[-1] - times[0]), ready.branches)

@@ -30,15 +30,15 @@ class Yardstick:
 
     __slots__ = ("_attempts", "divisors", "sizes")
 
-    def __init__(self, states: int) -> None:
-        self.sizes = np.zeros(states)
+    def __init__(self) -> None:
+        self.sizes: np.ndarray | float = 0.0
         self.divisors: np.ndarray | None = None
         self._attempts = 0
 
     def fits(self, states: np.ndarray) -> bool:
         """Take in states of a run, (N, n); whether the present divisors will do, else they change."""
         # An attempt that fails says little of sizes: it is forgotten but for the divisors.
-        sizes = np.fmax(self.sizes, np.abs(states[:: len(states) // MANY + 1]).max(axis=0))
+        sizes = np.fmax(self.sizes, np.maximum.reduce(np.abs(states[:: len(states) // MANY + 1])))
         listed = (sizes if self.divisors is None else sizes / self.divisors).tolist()
         largest = max(1.0, *listed)
         if largest > UNEVEN * min(listed) and self._attempts < PASSES:
