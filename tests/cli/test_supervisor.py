@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="the supervisor 
 
 BEGIN = """
 import os, sys, time
-from ulna.cli.supervisor import keep, kept, limit, supervised
+from ulna.cli.supervisor import finished, keep, kept, limit, supervised
 
 def busy():  # one call into compiled code that nothing interrupts
     return sum(range(10**13))
@@ -116,3 +116,10 @@ def test_a_command_answers_in_its_seconds_and_names_what_ran_out(tmp_path: Path)
     answers = json.loads(done.stdout)
     assert len(answers) > 15
     assert all(row["value"] is None for row in answers.values() if row["evidence"].get("ran_out"))
+
+
+def test_answers_that_are_being_shown_are_not_shown_twice() -> None:
+    done = run("keep(print, 'the first answer')", "limit(0.2)", "finished()", "print('all', flush=True)", "os.abort()")
+    assert done.stdout == "all\n"
+    spun = run("limit(0.05)", "finished()", "sum(range(10**7 * 3))", "print('all')")
+    assert (spun.returncode, spun.stdout) == (0, "all\n")

@@ -9,7 +9,7 @@ from ulna.cli.asked_plant import plant_of
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import AsJson, PlantOptions, Seconds
 from ulna.cli.patience import take_time
-from ulna.cli.supervisor import keep
+from ulna.cli.supervisor import finished, keep
 from ulna.cli.terminal import console, line, print_json, progress
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def analyse(
     Relative degree, controllability, involutivity, full-state and state-only linearisation, observability, observer
     form, zero dynamics, dynamic extension: docs/analysis.md says what each key means.
     """
-    take_time(seconds)
+    share = take_time(seconds)
     from ulna.design import analyse as analyse_system
 
     system = plant_of(plant)
@@ -40,7 +40,8 @@ def analyse(
         keep(_show, f"{system.name}: what was found in the time", rows, as_json)
 
     with progress(f"analysing '{system.name}'"):
-        analysis = analyse_system(system, told=found)
+        analysis = analyse_system(system, **share, told=found)
+    finished()
     point = ", ".join(f"{s.name} = {v}" for s, v in analysis.point.values.items())
     kind = "equilibrium" if analysis.point.verdict.holds else "no equilibrium"
     rows = {key: _row(answer, as_json) for key, answer in analysis.answers.items()}

@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 
 import typer
 
-GRACE = 0.4
+GRACE = 0.2
 """s of CPU time by which a command may work longer than it was given, before it is ended from outside."""
 
 _MEMORY = 1_250_000_000
@@ -78,6 +78,17 @@ def limit(seconds: float) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_PROF, max(seconds + GRACE - time.process_time(), 0.05))
+
+
+def finished() -> None:
+    """The answers are there: showing them is not limited any more, and nothing else is shown in their place."""
+    if _to_parent:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        keep(_nothing)
+
+
+def _nothing() -> None:
+    pass
 
 
 def keep(show: Callable[..., None], *arguments: Any) -> None:

@@ -63,13 +63,18 @@ class Analysis(Mapping[str, Answer]):
 
 
 def analyse(
-    system: PlantLike, *, seconds: float = SECONDS, told: Callable[[Mapping[str, Answer]], None] | None = None
+    system: PlantLike,
+    *,
+    seconds: float = SECONDS,
+    groups: float = TOTAL,
+    told: Callable[[Mapping[str, Answer]], None] | None = None,
 ) -> Analysis:
     """Answer every question of docs/analysis.md for a plant.
 
     Args:
         system: the plant, or its name or file; parameters stay symbolic except where stability needs numbers.
         seconds: time for each group of answers.
+        groups: all groups together may take this many times as long.
         told: called with the answers so far, at the start, where all are undecided, and after each group.
 
     Raises:
@@ -84,7 +89,7 @@ def analyse(
         answers = consistent(system, _large(system, keys, seconds))
         return Analysis(system=system, point=given_point(system), answers=answers)
     control_affine(system)
-    end = worked() + TOTAL * seconds * patience()
+    end = worked() + groups * seconds * patience()
     for group_keys, group in GROUPS.items():
         left = max(min(seconds, end - worked()), 0.5)
         answers |= _answered(group_keys, group, system, left)
