@@ -2,6 +2,7 @@
 #   make reproduce   the paper, equation by equation        make test    all checks and tests
 #   make check       linters, types, layers                 make format  let ruff put the code in order
 #   make bench       the benchmarks                         make pins    renew requirements/*.txt
+#   make fuzz        the fuzzers for hours
 #   make clean       throw away .venv and caches
 SHELL := /bin/bash
 VENV ?= .venv
@@ -29,7 +30,7 @@ define make_venv
 	fi
 endef
 
-.PHONY: reproduce test check format bench pins clean
+.PHONY: reproduce test check format fuzz bench pins clean
 .DEFAULT_GOAL := test
 
 reproduce: $(VENV)/.base.stamp
@@ -48,6 +49,10 @@ check: $(VENV)/.test.stamp
 format: $(VENV)/.test.stamp
 	@$(BIN)/ruff check --fix-only .
 	@$(BIN)/ruff format .
+
+# The fuzzers, a hundred times as long as in `make test`, from a seed of the day: about three hours.
+fuzz: $(VENV)/.test.stamp
+	@ULNA_FUZZ=$(or $(TIMES),100) ULNA_FUZZ_SEED=$(or $(SEED),$(shell date +%Y%m%d)) $(BIN)/python -m pytest -n 2 tests/fuzz
 
 bench: $(VENV)/.test.stamp
 	@$(BIN)/python benchmarks/single_run.py

@@ -43,7 +43,7 @@ class Facts:
 
     def samples(self, free: Iterable[sp.Symbol] = ()) -> list[dict[sp.Symbol, sp.Expr]]:
         """Random rational values of states, inputs, parameters and further symbols."""
-        draw = random.Random(7)  # noqa: S311  (the same points every time)
+        draw = random.Random(7)
         known = {**self.point, **self.parameters}
         symbols = dict.fromkeys([*self.states, *self.inputs, *self.parameters, *free])
         return [{s: _near(known.get(s, sp.Integer(0)), draw) for s in symbols} for _ in range(_POINTS)]

@@ -80,7 +80,7 @@ def random_disguise(seed: int, *, transformed: str | None = None, bent: bool = F
         transformed: a name in `MEASURED`, or None for an output that needs no transformation.
         bent: measure a function of several states instead of a state.
     """
-    chance = random.Random(seed)  # noqa: S311 - reproducible plants, no secret
+    chance = random.Random(seed)
     n = chance.choice((2, 3, 3))
     x = sp.symbols(f"x1:{n + 1}", real=True)
     psi = MEASURED[transformed](Y) if transformed else Y

@@ -23,7 +23,7 @@ def value(words: str) -> Fraction:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_groups_have_the_value_of_the_formula(seed: int) -> None:
-    chance = random.Random(seed)  # noqa: S311
+    chance = random.Random(seed)
 
     def written(depth: int) -> str:
         words = [str(chance.randint(1, 9))]

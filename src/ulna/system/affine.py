@@ -9,7 +9,7 @@ import sympy as sp
 
 from ulna.base import NotAffineError, PlantError
 from ulna.symbolic.exact import is_zero
-from ulna.symbolic.formulas import formula
+from ulna.symbolic.formulas import formula, put_in
 from ulna.system.holder import SystemLike, as_system
 from ulna.system.system import System
 
@@ -70,7 +70,7 @@ def _control_affine(system: System) -> ControlAffine:
                 "Vector-field methods need outputs of the states alone: add a state for the actuator or sensor.",
             )
     try:
-        drift = rates.subs(at_rest)
+        drift = rates.applyfunc(lambda e: put_in(e, at_rest))
     except (TypeError, ZeroDivisionError):
         drift = sp.Matrix([sp.nan])
     if drift.has(sp.zoo, sp.nan, sp.oo):
@@ -82,7 +82,7 @@ def _control_affine(system: System) -> ControlAffine:
         u=u,
         f=sp.ImmutableDenseMatrix(drift),
         g=sp.ImmutableDenseMatrix(g),
-        h=sp.ImmutableDenseMatrix(readouts.subs(at_rest)),
+        h=sp.ImmutableDenseMatrix(readouts.applyfunc(lambda e: put_in(e, at_rest))),
     )
 
 

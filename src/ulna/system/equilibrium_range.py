@@ -10,6 +10,7 @@ import sympy as sp
 
 from ulna.base import PlantError, Verdict
 from ulna.symbolic.exact import attempt
+from ulna.symbolic.formulas import put_in
 from ulna.symbolic.solving import eliminate, real_roots
 from ulna.system.equilibrium_point import Equilibrium, as_point
 from ulna.system.holder import SystemLike, as_system
@@ -54,7 +55,7 @@ def equilibria(
     held = {**dict.fromkeys(given.input_symbols, sp.Integer(0)), **as_point(given, inputs or {})}
     unknown = sp.Symbol(name, real=True)
     others = [s for s in given.state_symbols if s != unknown]
-    equation, rest = _one_equation(given, [r.subs(held) for r in numeric.rates], unknown, others)
+    equation, rest = _one_equation(given, [put_in(r, held) for r in numeric.rates], unknown, others)
     found = real_roots(equation, unknown, float(lower), float(upper))
     points = []
     for root in found.values:

@@ -9,6 +9,7 @@ import sympy as sp
 
 from ulna.base import PlantError, Verdict
 from ulna.symbolic.exact import SampledZero, is_zero
+from ulna.symbolic.formulas import put_in
 from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
 from ulna.system.holder import SystemLike, as_system
 from ulna.system.operating_point import (
@@ -61,7 +62,7 @@ def equilibrium(
     start = {**dict.fromkeys((*given.state_symbols, *given.input_symbols), sp.Integer(0)), **given_values(given)}
     start = {symbol: asked.get(symbol, value).xreplace(given.values) for symbol, value in start.items()}
     held = {u: start[u] for u in given.input_symbols}
-    rates = [r.subs(held) for r in valued.rates]
+    rates = [put_in(r, held) for r in valued.rates]
     point, verdict = _reached(valued, rates, {x: start[x] for x in given.state_symbols}, exact=exact, digits=digits)
     return Equilibrium(system=given, states=point, inputs=held, verdict=verdict, parameters=given.values)
 

@@ -9,6 +9,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import PlantError
+from ulna.symbolic.formulas import put_in
 from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
 from ulna.system.equilibrium_search import equilibrium
 from ulna.system.holder import SystemLike, as_system
@@ -71,7 +72,7 @@ def linearise(system: SystemLike, point: PointLike | None = None) -> Linearisati
     def at_point(expressions: tuple[sp.Expr, ...], by: list[sp.Symbol]) -> sp.ImmutableDenseMatrix:
         if not by or not expressions:
             return sp.ImmutableDenseMatrix(sp.zeros(len(expressions), len(by)))
-        return sp.ImmutableDenseMatrix(sp.Matrix(expressions).jacobian(by).subs(at))
+        return sp.ImmutableDenseMatrix(sp.Matrix(expressions).jacobian(by).applyfunc(lambda e: put_in(e, at)))
 
     rates, readouts = whole.inline(whole.rates), whole.inline(whole.readouts)
     return Linearisation(

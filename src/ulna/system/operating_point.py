@@ -10,7 +10,7 @@ import sympy as sp
 
 from ulna.base import FormulaError, Status, Verdict
 from ulna.symbolic.exact import SampledZero, ZeroTest, attempt, is_zero
-from ulna.symbolic.formulas import formula
+from ulna.symbolic.formulas import formula, put_in
 from ulna.symbolic.solving import solutions_in_time
 from ulna.system.equilibrium_point import Equilibrium
 from ulna.system.signal import to_si
@@ -163,7 +163,7 @@ def _distance(
     """How far two points lie apart in numbers; None if one is not real."""
     total = 0.0
     for symbol, value in point.items():
-        number = complex(sp.N((value - start[symbol]).subs(numbers)))
+        number = complex(sp.N(put_in(value - start[symbol], numbers)))
         if abs(number.imag) > 1e-12 or number != number:  # noqa: PLR0124  (NaN differs from itself)
             return None
         total += abs(number.real)
@@ -174,7 +174,7 @@ def _solved(
     rates: tuple[sp.Expr, ...], fixed: Mapping[sp.Symbol, sp.Expr], unknowns: list[sp.Symbol], system: System
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """`fixed` with values for the unknowns that make every rate zero; free ones are set to zero."""
-    equations = [e for r in rates if (e := r.subs(dict(fixed))) != 0]
+    equations = [e for r in rates if (e := put_in(r, fixed)) != 0]
     if any(e.has(sp.zoo, sp.nan, sp.oo) for e in equations):
         return None
     zeros = dict.fromkeys(unknowns, sp.Integer(0))
@@ -202,7 +202,7 @@ def _in_decimals(
     states = [s for s in system.state_symbols if s not in given]
     inputs = [s for s in system.input_symbols if s not in given]
     for unknowns in (states, [*states, *inputs]):
-        equations = [e for r in rates if (e := r.xreplace({s: v for s, v in point.items() if s not in unknowns})) != 0]
+        equations = [e for r in rates if (e := put_in(r, {s: v for s, v in point.items() if s not in unknowns})) != 0]
         if not unknowns or len(equations) > len(unknowns) or any(e.has(sp.nan, sp.zoo, sp.oo) for e in equations):
             continue
         for start in (sp.Integer(0), sp.Rational(1, 3)):
@@ -214,7 +214,7 @@ def _in_decimals(
     if not given or len(rates) > len(everything):
         return None
     known = {s: v for s, v in point.items() if s not in everything}
-    held = [r.xreplace(known) for r in rates]
+    held = [put_in(r, known) for r in rates]
     found = _root(held, everything, {**point, **_least_squares(held, inputs, point)})
     if found is None or any(abs(found[0][s] - point[s]) > _ROUNDING * abs(point[s]) for s in system.state_symbols):
         return None
@@ -258,7 +258,7 @@ def rests(
     """Whether every rate is zero at a point; refuted with the first that is not."""
     sure = True
     for signal, rate in zip(system.states, rates, strict=True):
-        value = rate.subs(dict(point))
+        value = put_in(rate, point)
         if value.has(sp.zoo, sp.nan, sp.oo):
             return Verdict.refuted(claim, state=signal.name, rate="infinite")
         verdict = is_zero(value, test=test)

@@ -106,9 +106,9 @@ def _dimensions_fit(system: System) -> bool:
 
 def _check_shape(data: Mapping[str, Any], where: str) -> None:
     if data.get("format", 1) != 1:
-        raise PlantError(where, f"format {data['format']} is unknown.", "This version reads format = 1.")
+        raise PlantError(where, f"format {_shown(data['format'])} is unknown.", "This version reads format = 1.")
     if data.get("dimensions", "checked") not in ("checked", "unchecked"):
-        raise PlantError(where, f"dimensions = {data['dimensions']!r}.", 'Write "checked" or "unchecked".')
+        raise PlantError(where, f"dimensions = {_shown(data['dimensions'])}.", 'Write "checked" or "unchecked".')
     for key in data:
         if key not in _SECTIONS and key not in _TOP:
             raise PlantError(where, f"unknown key '{key}'.", f"Known: {', '.join((*_TOP, *_SECTIONS))}.")
@@ -180,7 +180,7 @@ def _range(row: Mapping[str, Any], asked: str) -> tuple[sp.Expr | None, sp.Expr 
         return None, None
     pair = row["range"]
     if not isinstance(pair, list | tuple) or len(pair) != 2:
-        raise PlantError(asked, f"range = {pair!r} is no pair.", "Write range = [lower, upper].")
+        raise PlantError(asked, f"range = {_shown(pair)} is no pair.", "Write range = [lower, upper].")
     lower, upper = (_number(end, f"range of {asked}") for end in pair)
     if lower >= upper:
         raise PlantError(asked, f"its range [{lower}, {upper}] is empty.", "Write range = [lower, upper].")
@@ -209,9 +209,10 @@ def _unit(row: Mapping[str, Any], asked: str) -> str:
 
 def _shown(value: object) -> str:
     """A value of a file as a message shows it."""
-    if isinstance(value, int) and abs(value) > 10**30:
-        return "an integer of many digits"
-    text = str(value) if isinstance(value, int | Decimal) else repr(value)
+    try:
+        text = str(value) if isinstance(value, int | Decimal) else repr(value)
+    except ValueError:  # Python prints no integer of thousands of digits
+        return "an integer of thousands of digits"
     return text if len(text) <= 70 else f"{text[:69]}…"
 
 

@@ -3,6 +3,7 @@
 from ulna.symbolic.formulas.latex import equation_latex, expression_latex, system_latex
 from ulna.symbolic.formulas.parse import RESERVED, check_power, is_elementary, parse_formula, without_value
 from ulna.symbolic.formulas.text import exact, formula, listing
+from ulna.symbolic.formulas.values import put_in
 
 __all__ = [
     "RESERVED",
@@ -14,6 +15,7 @@ __all__ = [
     "is_elementary",
     "listing",
     "parse_formula",
+    "put_in",
     "system_latex",
     "without_value",
 ]

@@ -12,6 +12,10 @@ from typing import Any
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
+MOST_DIGITS = 4000
+"""Of a number that is meant; Python prints no integer of more than 4300."""
+_MOST = 10**MOST_DIGITS
+
 
 class _FormulaPrinter(StrPrinter):
     """SymPy's text with the few names that differ from the formula language of plants."""
@@ -63,16 +67,14 @@ def exact(value: Any) -> sp.Expr:
     elif isinstance(value, str):
         number = sp.Rational(*(decimal(part) for part in value.split("/", 1)))
     elif isinstance(value, int | Fraction):
+        if abs(value) > _MOST:
+            raise ValueError("a number of thousands of digits is not meant")
         number = sp.Rational(value)
     else:
         number = decimal(str(float(value)))  # NumPy scalars
     if not number.is_number or number.is_finite is False:
         raise ValueError(f"{value} is not a finite number")
     return sp.nsimplify(number, rational=True) if number.has(sp.Float) else number
-
-
-MOST_DIGITS = 4000
-"""Of a number that is meant; Python prints no integer of more than 4300."""
 
 
 def decimal(text: str) -> sp.Rational:
