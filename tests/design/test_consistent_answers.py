@@ -5,11 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+import sympy as sp
 
 from ulna.base import Status, Verdict
+from ulna.design import analyse
 from ulna.design.analysis.answer import Answer
 from ulna.design.analysis.consistency import consistent
 from ulna.plants import model
+from ulna.report.results import plain
+from ulna.symbolic.formulas import excerpt, formula, is_longer
 from ulna.system import system_from_mapping
 
 PLANT = system_from_mapping({"states": {"a": "b", "b": "c", "c": "u"}, "inputs": {"u": {}}, "outputs": {"y": "a"}})
@@ -124,3 +128,56 @@ def test_answers_that_agree_pass_unchanged() -> None:
         "full_state_linearizable": said("proved", True),
     }
     assert consistent(model("one_link_arm"), answers) == answers
+
+
+def test_a_transformation_is_defined_at_the_point_it_is_proved_for() -> None:
+    rates = {"x1": "x1*x2 + (x1 + x2)*u", "x2": "x1 + (x2 - x1)*u"}
+    for place in ({"x1": 1, "x2": 0}, {"x1": 2, "x2": 1}):
+        plant = system_from_mapping({"states": rates, "inputs": {"u": {}}, "operating_point": place})
+        found = analyse(plant)
+        here = plant.operating_point
+        assert found["linearizable_at_point"].value is True
+        assert found["T"].verdict.status is Status.PROVED
+        for entry in found["T"].value:
+            value = entry.subs({sp.Symbol(name, real=True): number for name, number in here})
+            assert value.is_real
+            assert value.is_finite
+
+
+def test_a_formula_without_value_at_a_regular_point_is_not_shown() -> None:
+    a, b, c = PLANT.state_symbols
+    where = {a: sp.Integer(1), b: sp.Integer(0), c: sp.Integer(0)}
+    for entry in (sp.log(b), sp.atan(a / b), sp.sqrt(c - 1)):
+        answers = {"T": said("proved", [entry]), "linearizable_at_point": said("proved", True)}
+        assert consistent(PLANT, answers, where)["T"].value is None
+        answers["T"] = said("proved", [entry.subs({b: a, c: a})])
+        assert consistent(PLANT, answers, where)["T"] == answers["T"]
+
+
+@pytest.mark.parametrize("term", ["sin(a)/a", "b**2/(a*b)", "sqrt(a - 1)", "log(a)", "asin(2 + a)"])
+def test_nothing_is_said_about_a_point_where_the_plant_has_no_value(term: str) -> None:
+    plant = system_from_mapping(
+        {
+            "states": {"a": "b", "b": f"{term} + u"},
+            "inputs": {"u": {}},
+            "outputs": {"y": "a"},
+            "operating_point": {"a": 0},
+        }
+    )
+    found = analyse(plant)
+    assert not found.point.verdict.holds
+    for key, answer in found.items():
+        if key.endswith("at_point"):
+            assert answer.value is None, key
+            assert answer.verdict.status is Status.UNDECIDED
+    value = found["zero_dynamics"].value
+    assert value is None or not any(e.has(sp.I) for e in (*value["manifold"].values(), *value["u"]))
+
+
+def test_long_answers_are_not_printed_to_be_cut() -> None:
+    x = PLANT.state_symbols[0]
+    long = sp.Add(*(sp.sin(k * x) ** k for k in range(1, 9000)), evaluate=False)
+    assert excerpt(long, 2000) == "an expression of more than 2000 parts"
+    assert excerpt(x + 1, 2000) == formula(x + 1)
+    assert is_longer([x, {"y": long}["y"]], 2000)
+    assert "more than" in plain({"field": sp.Matrix([long])})["field"][0][0]

@@ -57,7 +57,7 @@ def _row(answer: Answer, as_json: bool) -> Any:
     return {
         "verdict": str(answer.verdict.status),
         "value": plain(answer.value),
-        "evidence": {"claim": answer.verdict.claim} | plain(answer.verdict.evidence),
+        "evidence": {"claim": answer.verdict.claim} | plain(answer.verdict.evidence, parts=2_000),
     }
 
 

@@ -97,7 +97,7 @@ def line(value: Any, limit: int = 400) -> str:
     """A value as one line: vectors and one-row matrices without brackets, mappings as equations."""
     from ulna.report.results import plain
 
-    text = _line(plain(value))
+    text = _line(plain(value, parts=2_000))
     return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters; --json shows all)"
 
 

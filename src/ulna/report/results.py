@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import UlnaError
-from ulna.symbolic.formulas import formula
+from ulna.symbolic.formulas import excerpt
 
 Plain = None | bool | int | float | str | list["Plain"] | dict[str, "Plain"]
 """What JSON can hold."""
@@ -32,21 +32,25 @@ def results_text(results: Mapping[str, Any]) -> str:
     return json.dumps(plain(results), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def plain(value: object, *, place: str = "results") -> Any:
-    """Return the value as plain JSON data; see `results_text`.
+LONGEST = 20_000
+"""Parts of an expression above which only its length is told."""
+
+
+def plain(value: object, *, place: str = "results", parts: int = LONGEST) -> Any:
+    """Return the value as plain JSON data; see `results_text`. An expression of more parts only says so.
 
     Raises:
         UlnaError: as `results_text`.
     """
     if isinstance(value, Enum):
-        return plain(value.value, place=place)
+        return plain(value.value, place=place, parts=parts)
     if value is None or isinstance(value, bool | int | str):
         return value
     if isinstance(value, sp.MatrixBase):
         matrix: Any = value
-        return [[formula(entry) for entry in row] for row in matrix.tolist()]
+        return [[excerpt(entry, parts) for entry in row] for row in matrix.tolist()]
     if isinstance(value, sp.Basic):
-        return formula(value)
+        return excerpt(value, parts)
     if isinstance(value, np.generic | np.ndarray):
         entries: np.ndarray = np.asarray(value)
         return plain(entries.tolist(), place=place)
@@ -54,19 +58,19 @@ def plain(value: object, *, place: str = "results") -> Any:
         return _finite(value, place)
     if isinstance(value, complex):
         return {"re": _finite(value.real, place), "im": _finite(value.imag, place)}
-    return _plain_parts(value, place)
+    return _plain_parts(value, place, parts)
 
 
-def _plain_parts(value: object, place: str) -> Any:
+def _plain_parts(value: object, place: str, parts: int) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
-        return plain(fields, place=place)
+        return plain(fields, place=place, parts=parts)
     if isinstance(value, Mapping):
-        return {str(key): plain(entry, place=f"{place}.{key}") for key, entry in value.items()}
+        return {str(key): plain(entry, place=f"{place}.{key}", parts=parts) for key, entry in value.items()}
     if isinstance(value, AbstractSet):
-        return sorted((plain(entry, place=place) for entry in value), key=str)
+        return sorted((plain(entry, place=place, parts=parts) for entry in value), key=str)
     if isinstance(value, Sequence):
-        return [plain(entry, place=f"{place}[{index}]") for index, entry in enumerate(value)]
+        return [plain(entry, place=f"{place}[{index}]", parts=parts) for index, entry in enumerate(value)]
     raise UlnaError("results as JSON", f"{place} is of the kind {type(value).__name__}, which JSON cannot hold.")
 
 

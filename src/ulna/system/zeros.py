@@ -9,9 +9,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import sympy as sp
+from flint import arb, ctx
 
 from ulna.symbolic.compiling import batch_jacobian, batch_vector
-from ulna.symbolic.exact import attempt
+from ulna.symbolic.exact import attempt, exact_ball, tape
 
 AtPoints: TypeAlias = Callable[[np.ndarray], np.ndarray]
 """From (P, n) points to one array whose first axis is P."""
@@ -26,6 +27,8 @@ _LONG = 1e6
 _ROUNDING = 1e-12
 """Of values of the equations, relative to their slopes times the point."""
 _SECONDS = 1.0
+_BITS = 256
+"""Of the balls in which a zero found is looked at once more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,7 +120,30 @@ def decimal_root(
         s: sp.Rational(0) if abs(v) <= 10 * error else sp.Rational(str(sp.N(v, kept)))
         for s, v in zip(symbols, values, strict=True)
     }
-    return exact, kept
+    return None if _beside_a_pole(equations, exact) else (exact, kept)
+
+
+def _beside_a_pole(equations: Sequence[sp.Expr], point: Mapping[sp.Symbol, sp.Rational]) -> bool:
+    """Whether the equations have no value at the point, or get no worse on the way to a place where they have none.
+
+    x³/x² is small near 0 and smaller still at half of the way: Newton's method stops beside what is no zero.
+    """
+    program = tape(equations)
+
+    def values(place: Mapping[sp.Symbol, sp.Rational]) -> list[arb]:
+        with ctx.workprec(_BITS):
+            return program.at({leaf: exact_ball(place[leaf]) for leaf in program.leaves})
+
+    here = values(point)
+    if not all(value.is_finite() for value in here):
+        return True
+    for symbol in (s for s in program.leaves if point[s] != 0):
+        if all(value.is_finite() for value in values({**point, symbol: sp.Integer(0)})):
+            continue
+        halfway = values({**point, symbol: point[symbol] / 2})
+        if all(abs(half.mid()) <= abs(full.mid()) for half, full in zip(halfway, here, strict=True)):
+            return True
+    return False
 
 
 def _largest(rows: np.ndarray) -> np.ndarray:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
 
+import sympy as sp
+
 from ulna.base import Status, UlnaError
 from ulna.design.analysis.answer import Answer, not_applicable
 from ulna.design.analysis.consistency import consistent
@@ -13,7 +15,16 @@ from ulna.design.analysis.formula_answers import GROUPS, law_of_outputs, outputs
 from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact import attempt, patience, worked
-from ulna.system import Equilibrium, System, control_affine, equilibrium, given_point, system_kernel
+from ulna.symbolic.formulas import is_longer
+from ulna.system import (
+    Equilibrium,
+    System,
+    control_affine,
+    equilibrium,
+    equilibrium_in_numbers,
+    given_point,
+    system_kernel,
+)
 
 SECONDS = 8.0
 """Time that one group of answers may take; what is not found by then is undecided."""
@@ -100,7 +111,8 @@ def analyse(
         # Formulas grew too long: numbers still tell ranks and degrees.
         numbers = _in_numbers(system, late)
         answers |= {key: numbers[key] for key in late if numbers[key].value is not None}
-    return Analysis(system=system, point=equilibrium(system), answers=consistent(system, answers))
+    where = equilibrium_in_numbers(system).where
+    return Analysis(system=system, point=equilibrium(system), answers=consistent(system, answers, where))
 
 
 def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Answer]:
@@ -112,6 +124,8 @@ def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Answer]:
 
 
 def _short(value: object, limit: int = 300) -> str:
+    if isinstance(value, list | tuple | Mapping | sp.Basic) and is_longer(value, 5_000):
+        return "an answer of more than 5000 parts"
     text = "" if value is None else str(value)
     return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters)"
 

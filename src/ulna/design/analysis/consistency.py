@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import sympy as sp
+
 from ulna.base import Status, Verdict
-from ulna.design.analysis.answer import Answer
+from ulna.design.analysis.answer import Answer, not_applicable
 from ulna.system import System
 
 Answers = dict[str, Answer]
@@ -19,7 +21,9 @@ _STATES = ("controllability_rank", "observability_rank")
 _SURE = {Status.UNDECIDED: 0, Status.SUPPORTED: 1, Status.REFUTED: 2, Status.PROVED: 2}
 
 
-def consistent(system: System, answers: Mapping[str, Answer]) -> Answers:
+def consistent(
+    system: System, answers: Mapping[str, Answer], where: Mapping[sp.Symbol, sp.Expr] | None = None
+) -> Answers:
     """The answers without contradictions: proved ones stand, what contradicts them follows them or is undecided.
 
     The theorems (A. Isidori, Nonlinear Control Systems, 3rd ed., chapters 4 and 5): relative degrees that add up to n
@@ -30,8 +34,11 @@ def consistent(system: System, answers: Mapping[str, Answer]) -> Answers:
     Args:
         system: the plant.
         answers: by key, as found.
+        where: a number for every state and parameter at the operating point; left out, nothing is asked about it.
     """
     found = {key: _undecided_without_value(answer) for key, answer in answers.items()}
+    if where is not None:
+        _defined(found, system, where)
     n = len(system.states)
     for key in _STATES:
         _ordered(found, f"{key}_at_point", key)
@@ -66,6 +73,27 @@ _FULL: Mapping[str, Any] = {
     "involutive": True,
 }
 """What relative degrees that add up to n imply, generically."""
+
+
+def _defined(found: Answers, system: System, where: Mapping[sp.Symbol, sp.Expr]) -> None:
+    """Nothing is said about a point where the plant has no value; a T proved around the point has one there."""
+    values = [e.xreplace(dict(where)) for e in system.inline((*system.rates, *system.readouts))]
+    names = [f"{s.name}'" for s in system.states] + [s.name for s in system.outputs]
+    missing = [name for name, value in zip(names, values, strict=True) if _is_missing(value)]
+    if missing:
+        reason = f"{', '.join(missing)} has no real value at the operating point"
+        for key in [key for key in found if key.endswith("at_point")]:
+            found[key] = not_applicable(key, reason)
+    full = (("T", "linearizable_at_point", True), ("observer_T", "observability_rank_at_point", len(system.states)))
+    for key, at_point, wanted in full:
+        value = _value(found, key)
+        regular = _value(found, at_point) == wanted and found[at_point].verdict.holds
+        if value and regular and not missing and any(_is_missing(e.xreplace(dict(where))) for e in value):
+            found[key] = _open(found[key], "its formula has no value at the operating point")
+
+
+def _is_missing(value: sp.Expr) -> bool:
+    return value.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.AccumBounds) or value.is_extended_real is False
 
 
 def _total(found: Answers, n: int) -> Status | None:

@@ -29,8 +29,18 @@ from ulna.geometry import (
     relative_degree_of,
 )
 from ulna.plants import PlantLike, as_plant
-from ulna.symbolic.exact import SampledZero, attempt, generic_rank, inverse_last_row, null_space, rank_at, tidy
-from ulna.system import System, equilibrium
+from ulna.symbolic.exact import (
+    SampledZero,
+    attempt,
+    generic_rank,
+    inverse_last_row,
+    null_space,
+    rank_at,
+    tidy,
+    value_at,
+)
+from ulna.symbolic.solving import defined_near
+from ulna.system import System, equilibrium, equilibrium_in_numbers
 
 _SECONDS = 4.0
 _FILTER = SampledZero(points=4, seconds=0)
@@ -216,7 +226,10 @@ class _Search:
             if self._constant_along(function, span):
                 yield function, origin
         for near in self._base_points():
-            yield from ((function, "integration") for function in self._integrated(span, near))
+            where = equilibrium_in_numbers(view.system).where | dict(near)
+            for function in self._integrated(span, near):
+                turned = defined_near(function, where)
+                yield (turned if self._constant_along(turned, span) else function), "integration"
 
     def _base_points(self) -> Iterable[Mapping[sp.Symbol, sp.Expr]]:
         """The operating point, and a regular one for plants that are singular there."""
@@ -250,6 +263,8 @@ class _Search:
     def _independent_at_point(self, functions: list[sp.Expr]) -> bool:
         # Parameters at their values where the point is an equilibrium for these only.
         where = equilibrium(self.found.view.system).where
+        if any(value_at(function, where) is None for function in functions):
+            return False
         return rank_at(self._differentials(functions), where, seconds=0).value == len(functions)
 
     def _differentials(self, functions: list[sp.Expr]) -> sp.ImmutableDenseMatrix:

@@ -240,8 +240,9 @@ def _found(
     closed = view.f + view.g * sp.Matrix([inputs[u] for u in view.u])
     place = {x: k for k, x in enumerate(view.x)}
     rates = tuple(_short(closed[place[x]].xreplace(manifold.solved), manifold) for _, x in kept)
-    if any(e.has(sp.nan, sp.zoo, sp.oo) for e in (*rates, *inputs.values())):
-        raise _StoppedError(Verdict.undecided(_CLAIM, reason="the rates are not finite on the manifold"))
+    if any(e.has(sp.nan, sp.zoo, sp.oo, sp.I) for e in (*rates, *inputs.values(), *manifold.solved.values())):
+        reason = "the manifold or the rates on it are not real and finite"
+        raise _StoppedError(Verdict.undecided(_CLAIM, reason=reason))
     system = System(
         name=f"zero dynamics of {plant.name}",
         text="the plant while its outputs are held",

@@ -5,11 +5,19 @@ Other packages import from here. Each question has one verb and, where there are
 """
 
 from ulna.symbolic.exact.attempts import Attempt, attempt
-from ulna.symbolic.exact.ball import exact_ball
+from ulna.symbolic.exact.ball import exact_ball, tape
 from ulna.symbolic.exact.budget import patience, set_patience, time_budget, worked
 from ulna.symbolic.exact.linear import LinearSolution, inverse, inverse_last_column, inverse_last_row, solve_linear
 from ulna.symbolic.exact.quotients import compact, lowest_terms, normal
-from ulna.symbolic.exact.rank import Rank, generic_rank, minor_determinant, rank_at, rank_of_balls, rank_of_numbers
+from ulna.symbolic.exact.rank import (
+    Rank,
+    generic_rank,
+    minor_determinant,
+    rank_at,
+    rank_of_balls,
+    rank_of_numbers,
+    value_at,
+)
 from ulna.symbolic.exact.sample import SEED, Point, random_points
 from ulna.symbolic.exact.simplify import shortened, tidy, zero_set
 from ulna.symbolic.exact.spans import in_span, null_space, reduced_against, without_common_factor
@@ -47,8 +55,10 @@ __all__ = [
     "set_patience",
     "shortened",
     "solve_linear",
+    "tape",
     "tidy",
     "time_budget",
+    "value_at",
     "vanishes",
     "without_common_factor",
     "worked",

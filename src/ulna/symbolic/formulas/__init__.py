@@ -2,7 +2,7 @@
 
 from ulna.symbolic.formulas.latex import equation_latex, expression_latex, system_latex
 from ulna.symbolic.formulas.parse import RESERVED, check_power, is_elementary, parse_formula, without_value
-from ulna.symbolic.formulas.text import exact, formula, listing
+from ulna.symbolic.formulas.text import exact, excerpt, formula, is_longer, listing
 from ulna.symbolic.formulas.values import put_in
 
 __all__ = [
@@ -10,9 +10,11 @@ __all__ = [
     "check_power",
     "equation_latex",
     "exact",
+    "excerpt",
     "expression_latex",
     "formula",
     "is_elementary",
+    "is_longer",
     "listing",
     "parse_formula",
     "put_in",

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from fractions import Fraction
+from itertools import islice
 from math import isfinite
 from typing import Any
 
@@ -41,11 +42,22 @@ def formula(expression: sp.Expr) -> str:
     return _FormulaPrinter().doprint(expression)
 
 
+def is_longer(value: Any, parts: int) -> bool:
+    """Whether expressions, or lists and mappings of them, have more parts than that; nothing is printed to find out."""
+    whole = list(value.values()) if isinstance(value, Mapping) else value
+    return sum(1 for _ in islice(sp.preorder_traversal(whole), parts + 1)) > parts
+
+
+def excerpt(expression: sp.Expr, parts: int) -> str:
+    """`formula`, or how long it would be: millions of characters cost a minute and nobody reads them."""
+    return f"an expression of more than {parts} parts" if is_longer(expression, parts) else formula(expression)
+
+
 def listing(title: str, rows: Iterable[tuple[str, sp.Expr]], *, limit: int = 160) -> str:
     """A title and one indented equation a line, long right-hand sides cut: what objects show in a terminal."""
     lines = [title]
     for name, value in rows:
-        text = formula(value)
+        text = excerpt(value, 2_000)
         lines.append(f"  {name} = {text if len(text) <= limit else f'{text[:limit]}… ({len(text)} characters)'}")
     return "\n".join(lines)
 

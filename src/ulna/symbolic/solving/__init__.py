@@ -1,7 +1,7 @@
 """Equations solved: roots, inverse maps and their branches, level sets, where eigenvalues lie, Taylor series."""
 
 from ulna.symbolic.solving.affine import solve_affine
-from ulna.symbolic.solving.branch import on_branch
+from ulna.symbolic.solving.branch import defined_near, on_branch
 from ulna.symbolic.solving.invert import Inversion, invert_map
 from ulna.symbolic.solving.level_set import graph_near
 from ulna.symbolic.solving.root_location import RootLocation, eigenvalue_location
@@ -11,6 +11,7 @@ from ulna.symbolic.solving.taylor import taylor_coefficients
 __all__ = [
     "Inversion",
     "RootLocation",
+    "defined_near",
     "eigenvalue_location",
     "eliminate",
     "graph_near",

@@ -36,6 +36,22 @@ def on_branch(expression: sp.Expr, base: Base) -> sp.Expr:
     return node if rule is None else rule(node.args[0], base) or node
 
 
+def defined_near(expression: sp.Expr, base: Base) -> sp.Expr:
+    """The expression up to a constant, atan(p/q) with q = 0 at the base point as −atan(q/p), which is smooth there.
+
+    Args:
+        expression: a function that matters up to a constant, the sum of such functions.
+        base: a value for every symbol in it.
+    """
+
+    def turned(quotient: sp.Expr) -> sp.Expr:
+        above, below = sp.fraction(sp.together(quotient))
+        pole = below.has(sp.Symbol) and abs(number_at(below, base)) < _EDGE < abs(number_at(above, base))
+        return -sp.atan(below / above) if pole else sp.atan(quotient)
+
+    return expression.replace(sp.atan, turned)
+
+
 def real_odd_roots(expression: sp.Expr) -> sp.Expr:
     """The expression with sign(w) |w|^(k/n) for w^(k/n), n odd: powers of negative numbers are complex otherwise."""
 
