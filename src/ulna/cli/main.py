@@ -8,9 +8,11 @@ import typer
 
 from ulna import __version__
 from ulna.cli.analyse import analyse
+from ulna.cli.check import check
 from ulna.cli.design import design
 from ulna.cli.export import app as export
 from ulna.cli.list_models import list_models
+from ulna.cli.prove import prove
 from ulna.cli.replay import replay
 from ulna.cli.reproduce import reproduce
 from ulna.cli.simulate import simulate
@@ -31,6 +33,8 @@ app.command()(design)
 app.command()(simulate)
 app.command()(sweep)
 app.command()(replay)
+app.command()(prove)
+app.command()(check)
 app.command()(reproduce)
 app.add_typer(export, name="export")
 app.add_typer(study, name="study")

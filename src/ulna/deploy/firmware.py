@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from ulna.deploy.errors import DeployError
-from ulna.deploy.fingerprint import fingerprint
 from ulna.deploy.names import c_name, c_names
-from ulna.loop import Amplifier, Hardware, Loop
+from ulna.loop import Amplifier, Hardware, Loop, fingerprint
 from ulna.program import Fused, Kernel, Plain, Precision, bound, restricted, to_numpy
 from ulna.system import Signal
 

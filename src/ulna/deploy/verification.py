@@ -11,8 +11,7 @@ from pathlib import Path
 from ulna.base import Verdict
 from ulna.deploy.c import DESIGN
 from ulna.deploy.errors import DeployError
-from ulna.deploy.fingerprint import fingerprint
-from ulna.loop import Loop
+from ulna.loop import Loop, fingerprint
 from ulna.program import Fused, Plain, Precision
 
 

@@ -4,6 +4,7 @@ from ulna.loop.applied import applied
 from ulna.loop.clock import Jitter, MissedSamples
 from ulna.loop.discretisation import Discretisation, Euler, ExactHold, RungeKutta4
 from ulna.loop.drive import Amplifier, Pwm
+from ulna.loop.fingerprint import fingerprint
 from ulna.loop.fitted import TINY, Fitted, parameters_of
 from ulna.loop.flow import Flow, Program, Repeat, Steps
 from ulna.loop.guard import Guard
@@ -44,6 +45,7 @@ __all__ = [
     "Steps",
     "Wiring",
     "applied",
+    "fingerprint",
     "joined",
     "parameters_of",
     "parts_of",

@@ -10,7 +10,7 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.loop import Loop
+from ulna.loop.loop import Loop
 from ulna.system import system_to_mapping
 
 LENGTH = 16

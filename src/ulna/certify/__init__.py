@@ -1,0 +1,18 @@
+"""Proof: what is claimed of a loop, proved by machine, and a file that a second program can check."""
+
+from ulna.certify.certificate import Certificate, read_certificate
+from ulna.certify.checker import check
+from ulna.certify.claims import Claim, Region, StableWithin
+from ulna.certify.errors import CertifyError
+from ulna.certify.prove import prove
+
+__all__ = [
+    "Certificate",
+    "CertifyError",
+    "Claim",
+    "Region",
+    "StableWithin",
+    "check",
+    "prove",
+    "read_certificate",
+]

@@ -1,0 +1,125 @@
+"""`Certificate`: a claim with all that a second program needs to check it, and its file."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from ulna.certify.errors import CertifyError
+
+FORMAT = 1
+"""Of the file."""
+THEOREM = "quadratic Lyapunov function, mean-value form"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Certificate:
+    """Every run of x' = f(x, s), s = k(x) within limits, that starts where V ≤ level converges to the equilibrium.
+
+    V = (ζ − ζ*)ᵀ P (ζ − ζ*) in coordinates ζ = T(x), where the loop is ζ' = g + β (s − k). All numbers are rational and
+    written as text, so that nothing is lost in a file.
+
+    Attributes:
+        name: of the loop. design: hash of what it was made from. theorem: its name.
+        states: names of x. rates: f, formulas in the states and the limited signals. commands: k in x.
+        limited: names of s. lower, upper: their limits.
+        coordinates: names of ζ. forward: T, in x. inverse: T⁻¹, in ζ.
+        closed: g. gains: rows of β. moved_commands: k in ζ.
+        outer: how many coordinates come before those of errors e' = A e. still_closed, still_gains, still_commands: the
+            loop of the outer ones with the errors at 0; empty where there are none.
+        center, radius: ζ* lies within radius · max(1, |center|) of the center, and is the only equilibrium there.
+        P: rows. level: of V. tree: the boxes, halved where `/k` stands, along coordinate k.
+        box: a box about x* by state, contained in the level set; empty where none was asked for.
+    """
+
+    name: str
+    design: str
+    theorem: str
+    states: tuple[str, ...]
+    rates: tuple[str, ...]
+    commands: tuple[str, ...]
+    limited: tuple[str, ...]
+    lower: tuple[str, ...]
+    upper: tuple[str, ...]
+    coordinates: tuple[str, ...]
+    forward: tuple[str, ...]
+    inverse: tuple[str, ...]
+    closed: tuple[str, ...]
+    gains: tuple[tuple[str, ...], ...]
+    moved_commands: tuple[str, ...]
+    outer: int
+    still_closed: tuple[str, ...]
+    still_gains: tuple[tuple[str, ...], ...]
+    still_commands: tuple[str, ...]
+    center: tuple[str, ...]
+    radius: str
+    P: tuple[tuple[str, ...], ...]
+    level: str
+    tree: str
+    box: Mapping[str, str]
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the file.
+
+        Raises:
+            CertifyError: a place that cannot be written.
+        """
+        place = Path(path)
+        data = {"format": FORMAT, **asdict(self)}
+        try:
+            work = place.with_name(f".{place.name}.part")
+            work.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+            work.replace(place)
+        except OSError as error:
+            raise CertifyError(f"the file '{place}'", f"it cannot be written ({error.strerror}).") from None
+
+    def __repr__(self) -> str:
+        return f"Certificate of '{self.name}': {self.theorem}, {self.tree.count('.')} boxes"
+
+
+def read_certificate(path: str | os.PathLike[str]) -> Certificate:
+    """The certificate in a file.
+
+    Raises:
+        CertifyError: a file that cannot be read or is no certificate of this version.
+    """
+    place = Path(path)
+    try:
+        data = json.loads(place.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CertifyError(f"the certificate '{place}'", f"it cannot be read ({error.strerror}).") from None
+    except (UnicodeDecodeError, ValueError, RecursionError):
+        raise CertifyError(f"the certificate '{place}'", "it is not JSON: damaged or cut off.") from None
+    if not isinstance(data, dict) or data.get("format") != FORMAT:
+        raise CertifyError(f"the certificate '{place}'", f"it is not of format {FORMAT}.", "Prove the claim anew.")
+    try:
+        return _of(data)
+    except (KeyError, TypeError, ValueError, AttributeError):
+        raise CertifyError(f"the certificate '{place}'", "parts of it are missing or of another kind.") from None
+
+
+_ROWS = ("states", "rates", "commands", "limited", "lower", "upper", "coordinates", "forward", "inverse", "closed")
+_ROWS += ("moved_commands", "still_closed", "still_commands", "center")
+_WORDS = ("name", "design", "theorem", "radius", "level", "tree")
+_TABLES = ("gains", "still_gains", "P")
+
+
+def _of(data: Mapping[str, Any]) -> Certificate:
+    given: dict[str, Any] = {name: tuple(_text(each) for each in data[name]) for name in _ROWS}
+    given |= {name: _text(data[name]) for name in _WORDS}
+    given |= {name: tuple(tuple(_text(each) for each in row) for row in data[name]) for name in _TABLES}
+    given["box"] = {_text(name): _text(value) for name, value in data["box"].items()}
+    outer = data["outer"]
+    if type(outer) is not int:
+        raise TypeError
+    return Certificate(outer=outer, **given)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError
+    return value

@@ -1,0 +1,389 @@
+"""The second program: it reads a certificate and proves it again, by code that shares nothing with the prover.
+
+Only the formula reader, the test whether a formula is zero, and python-flint are the same. What it accepts is true:
+
+1. The loop in coordinates ζ is the loop in x: T(T⁻¹(ζ)) = ζ, and the rates agree, as formulas.
+2. ζ* exists in its box, is the only equilibrium there, and no limit is met (Krawczyk's test).
+3. P is positive definite (the pivots of LDLᵀ in balls).
+4. The boxes of the tree cover {d : dᵀPd ≤ level}: they are the halves of a box that contains it.
+5. On every box dᵀPd > level throughout, or V falls: dᵀPζ' < 0 by the mean-value form, or PM + MᵀP < 0 for every
+   matrix M that can stand in ζ' = M d. Where the last coordinates are errors e' = A e, the boxes are of the others, w;
+   then half of V' is at most wᵀP₁w'(w, 0) + cᵀS⁻¹c/2 with c = (∂w'/∂e)ᵀP₁w for all errors the level allows beside w.
+Then V falls along every run that starts with V ≤ level, and the run converges.
+
+Derivatives are carried along in forward mode beside the values, in balls; that of a limit is 1 inside it, 0 outside,
+anything between at its edge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import sympy as sp
+from flint import arb, ctx
+
+from ulna.base import UlnaError, Verdict
+from ulna.certify.certificate import THEOREM, Certificate
+from ulna.certify.checker_arithmetic import (
+    Box,
+    Dual,
+    NotRightError,
+    approximate_inverse,
+    around,
+    definite,
+    dual,
+    dual_of_product,
+    exactly,
+    fraction,
+    halves,
+    inverse,
+    pivots,
+    power_above,
+    quadratic_of_inverse,
+    sum_of_slopes,
+    vanishes,
+)
+from ulna.symbolic.formulas import parse_formula
+
+BITS = 80
+SEGMENTS = 4
+"""Parts of the line over which the mean is taken: any number is valid, more are finer."""
+MOST_BOXES = 2_000_000
+DEEPER = 10
+"""How often a box may be halved beyond the tree: the tree is a hint, not what is trusted."""
+PARTS = 300
+"""How many of these parts are looked at."""
+
+
+def check(certificate: Certificate) -> Verdict:
+    """Prove a certificate again.
+
+    Returns:
+        Proved, or refuted: the evidence tells the step that fails.
+    """
+    claim = f"the certificate of '{certificate.name}' is right"
+    before = ctx.prec
+    try:
+        ctx.prec = BITS
+        reason = _Checker(certificate).reason()
+    except NotRightError as error:
+        reason = str(error)
+    except (UlnaError, ValueError, ZeroDivisionError, OverflowError, IndexError) as error:
+        reason = f"it cannot be read: {error}"
+    finally:
+        ctx.prec = before
+    return Verdict.refuted(claim, reason=reason) if reason else Verdict.proved(claim, boxes=certificate.tree.count("."))
+
+
+@dataclass(slots=True)
+class _Loop:
+    """ζ' = g + β (s − k), s = k within limits, as formulas."""
+
+    symbols: list[sp.Symbol]
+    closed: list[sp.Expr]
+    gains: list[list[sp.Expr]]
+    commands: list[sp.Expr]
+    lower: list[arb]
+    upper: list[arb]
+
+    def duals(self, point: Sequence[arb]) -> tuple[list[Dual], list[arb]]:
+        """The rates with their derivatives by every coordinate, and the commands."""
+        n = len(self.symbols)
+        known = {
+            s: Dual(v, [arb(1) if j == k else arb(0) for j in range(n)])
+            for k, (s, v) in enumerate(zip(self.symbols, point, strict=True))
+        }
+        shared: dict[sp.Expr, Dual] = {}
+        rates = [dual(e, known, shared) for e in self.closed]
+        commands = [dual(e, known, shared) for e in self.commands]
+        for j, k in enumerate(commands):
+            low, high = self.lower[j], self.upper[j]
+            if k.value > low and k.value < high:
+                continue
+            share = arb(-1) if k.value > high or k.value < low else arb(-0.5, 0.5)
+            beyond = Dual(k.value.max(low).min(high) - k.value, [share * each for each in k.slope])
+            pushed = [dual_of_product([dual(row[j], known, shared), beyond]) for row in self.gains]
+            rates = [
+                Dual(r.value + p.value, sum_of_slopes([r.slope, p.slope])) for r, p in zip(rates, pushed, strict=True)
+            ]
+        full = [Dual(r.value, r.slope or [arb(0)] * n) for r in rates]
+        return full, [k.value for k in commands]
+
+    def secant(self, point: Sequence[arb], offset: Sequence[arb]) -> list[list[arb]]:
+        """Every M with ζ' = M d, for ζ* in the point and d in the offset."""
+        n = len(self.symbols)
+        total = [[arb(0)] * n for _ in range(n)]
+        for part in range(SEGMENTS):
+            share = around(Fraction(2 * part + 1, 2 * SEGMENTS), Fraction(1, 2 * SEGMENTS))
+            rates, _ = self.duals([x + share * d for x, d in zip(point, offset, strict=True)])
+            for i, rate in enumerate(rates):
+                for j, slope in enumerate(rate.slope):
+                    total[i][j] += slope / SEGMENTS
+        return total
+
+
+class _Checker:
+    """One certificate, its numbers read."""
+
+    def __init__(self, given: Certificate) -> None:
+        if given.theorem != THEOREM:
+            raise NotRightError(f"the theorem '{given.theorem}' is not known")
+        self.given, self.n, self.k = given, len(given.coordinates), given.outer
+        if not (0 < self.k <= self.n == len(given.states) == len(given.center) == len(given.P)):
+            raise NotRightError("states, coordinates, center and P are not of one size")
+        names = [*given.states, *given.limited]
+        if len(set(names)) != len(names) or len(set(given.coordinates)) != self.n:
+            raise NotRightError("names of states and limited signals are not all different")
+        if not len(given.commands) == len(given.limited) == len(given.lower) == len(given.upper):
+            raise NotRightError("a limited signal has no formula or no limits")
+        self.loop = self._read(given.coordinates, given.closed, given.gains, given.moved_commands)
+        self.still = self.loop
+        if self.k < self.n:
+            outer = given.coordinates[: self.k]
+            self.still = self._read(outer, given.still_closed, given.still_gains, given.still_commands)
+        self.center = [fraction(v) for v in given.center]
+        self.radius, self.level = fraction(given.radius), fraction(given.level)
+        exact = [[fraction(v) for v in row] for row in given.P]
+        if any(len(row) != self.n for row in exact):
+            raise NotRightError("P is not square")
+        if any(exact[i][j] != exact[j][i] for i in range(self.n) for j in range(i)):
+            raise NotRightError("P is not symmetric")
+        if self.radius <= 0 or self.level <= 0:
+            raise NotRightError("radius and level are not positive")
+        self.P = [[exactly(v) for v in row] for row in exact]
+        self.inverse = inverse(exact)
+        if not all(pivot > 0 for pivot in pivots(self.P)):
+            raise NotRightError("P is not positive definite")
+        self.half = [power_above(self.level * self.inverse[k][k]) for k in range(self.n)]
+        self.tree = given.tree.split()
+
+    def _read(
+        self, names: Sequence[str], closed: Sequence[str], gains: Sequence[Sequence[str]], commands: Sequence[str]
+    ) -> _Loop:
+        known = {name: sp.Symbol(name, real=True) for name in names}
+        if len(closed) != len(names) or len(gains) != len(names):
+            raise NotRightError("a coordinate has no rate")
+        if any(len(row) != len(self.given.limited) for row in gains) or len(commands) != len(self.given.limited):
+            raise NotRightError("a limited signal has no gain or no formula")
+        return _Loop(
+            symbols=list(known.values()),
+            closed=[parse_formula(text, known, where="rate") for text in closed],
+            gains=[[parse_formula(text, known, where="gain") for text in row] for row in gains],
+            commands=[parse_formula(text, known, where="command") for text in commands],
+            lower=[exactly(fraction(v)) for v in self.given.lower],
+            upper=[exactly(fraction(v)) for v in self.given.upper],
+        )
+
+    def reason(self) -> str:
+        """Empty where all is right, else what is wrong."""
+        if wrong := self._other_loop():
+            return wrong
+        point = [around(c, self.radius * max(Fraction(1), abs(c))) for c in self.center]
+        if not self._one_equilibrium(point):
+            return "no equilibrium is proved to be in the box around the center, or a limit is met there"
+        if self.k < self.n and (wrong := self._errors_wrong(point)):
+            return wrong
+        return self._box_outside(point) or self._uncovered(point)
+
+    # ------------------------------------------------------------------------------------------- the same loop
+
+    def _other_loop(self) -> str:
+        """Where the loop in coordinates is not the loop in x."""
+        given, z, s = self.given, self.loop.symbols, [sp.Symbol(n, real=True) for n in self.given.limited]
+        own = {name: sp.Symbol(name, real=True) for name in given.states}
+        names = {**own, **dict(zip(given.limited, s, strict=True))}
+        coordinates = {symbol.name: symbol for symbol in z}
+        forward = [parse_formula(text, own, where="coordinate") for text in given.forward]
+        back = [parse_formula(text, coordinates, where="inverse") for text in given.inverse]
+        rates = [parse_formula(text, names, where="rate") for text in given.rates]
+        commands = [parse_formula(text, own, where="command") for text in given.commands]
+        if not len(forward) == len(back) == len(rates) == self.n:
+            return "coordinates or rates are missing"
+        x = list(own.values())
+        there = dict(zip(x, back, strict=True))
+        if not all(vanishes(t.xreplace(there) - symbol) for t, symbol in zip(forward, z, strict=True)):
+            return "T(T⁻¹(ζ)) is not ζ"
+        if not all(vanishes(a.xreplace(there) - b) for a, b in zip(commands, self.loop.commands, strict=True)):
+            return "a command is another one in the coordinates"
+        moved = sp.Matrix(forward).jacobian(x) * sp.Matrix(rates)
+        for i, rate in enumerate(moved):
+            same = self.loop.closed[i] + sp.Add(
+                *(b * (v - k) for b, v, k in zip(self.loop.gains[i], s, self.loop.commands, strict=True))
+            )
+            if not vanishes(rate.xreplace(there) - same):
+                return f"the rate of coordinate {z[i]} is another one than that of the states"
+        if self.k < self.n:
+            gone = dict.fromkeys(z[self.k :], sp.Integer(0))
+            pairs = [*zip(self.loop.closed[: self.k], self.still.closed, strict=True)]
+            pairs += [*zip(self.loop.commands, self.still.commands, strict=True)]
+            for a, b in zip(self.loop.gains[: self.k], self.still.gains, strict=True):
+                pairs += zip(a, b, strict=True)
+            if not all(vanishes(a.xreplace(gone) - b) for a, b in pairs):
+                return "the loop without errors is another one"
+        return ""
+
+    def _errors_wrong(self, point: list[arb]) -> str:
+        """Where the last coordinates are not errors e' = A e whose part of V falls and stands apart in P."""
+        k, n, z = self.k, self.n, self.loop.symbols
+        inner = set(z[k:])
+        if any(self.P[i][j] != 0 for i in range(k) for j in range(k, n)):
+            return "P is not block diagonal"
+        if any(c != 0 for c in self.center[k:]) or any(not vanishes(b) for row in self.loop.gains[k:] for b in row):
+            return "the errors do not hang on themselves alone"
+        for e in self.loop.closed[k:]:
+            if not e.free_symbols <= inner or not all(sp.diff(e, s).is_Rational for s in inner):
+                return "the errors are not linear"
+        rates, _ = self.loop.duals(point)
+        A = [[rates[k + i].slope[k + j] for j in range(n - k)] for i in range(n - k)]
+        R = [[self.P[k + i][k + j] for j in range(n - k)] for i in range(n - k)]
+        half = [[sum((R[i][m] * A[m][j] for m in range(n - k)), arb(0)) for j in range(n - k)] for i in range(n - k)]
+        self.decay = [[-(half[i][j] + half[j][i]) for j in range(n - k)] for i in range(n - k)]
+        return "" if all(pivot > 0 for pivot in pivots(self.decay)) else "the errors' part of V does not fall"
+
+    # ---------------------------------------------------------------------------------------------- equilibrium
+
+    def _one_equilibrium(self, point: list[arb]) -> bool:
+        _, commands = self.loop.duals(point)
+        for value, low, high in zip(commands, self.loop.lower, self.loop.upper, strict=True):
+            if not (value > low and value < high):
+                return False
+        middle = [exactly(c) for c in self.center]
+        rates, _ = self.loop.duals(middle)
+        slope = self.loop.secant(middle, [p - c for p, c in zip(point, middle, strict=True)])
+        near = approximate_inverse(slope)
+        for i in range(self.n):
+            total = arb(0)
+            for j in range(self.n):
+                total -= near[i][j] * rates[j].value
+                product = arb(0)
+                for k in range(self.n):
+                    product += near[i][k] * slope[k][j]
+                total += ((arb(1) if i == j else arb(0)) - product) * (point[j] - middle[j])
+            if not total.abs_upper() < (point[i] - middle[i]).abs_upper():
+                return False
+        return True
+
+    # ---------------------------------------------------------------------------------------------------- boxes
+
+    def _box_outside(self, point: list[arb]) -> str:
+        """Where the claimed box about x* is not in the level set; T⁻¹(T(x)) = x is asked for as well."""
+        given = self.given
+        if not given.box:
+            return ""
+        own = {name: sp.Symbol(name, real=True) for name in given.states}
+        forward = [parse_formula(text, own, where="coordinate") for text in given.forward]
+        ahead = dict(zip(self.loop.symbols, forward, strict=True))
+        known = {symbol.name: symbol for symbol in self.loop.symbols}
+        back = [parse_formula(text, known, where="inverse") for text in given.inverse]
+        if not all(vanishes(b.xreplace(ahead) - x) for b, x in zip(back, own.values(), strict=True)):
+            return "T⁻¹(T(x)) is not x, so a box of x says nothing"
+        if unknown := [name for name in given.box if name not in own]:
+            return f"the box has a side '{unknown[0]}', which is no state"
+        at = {s: Dual(v, []) for s, v in zip(self.loop.symbols, point, strict=True)}
+        rest = [dual(b, at, {}).value for b in back]
+        sides = {given.states.index(name): fraction(size) for name, size in given.box.items()}
+        stack = [({k: (Fraction(0), size) for k, size in sides.items()}, 0)]
+        while stack:
+            part, depth = stack.pop()
+            x = [rest[i] + (around(*part[i]) if i in part else arb(0)) for i in range(self.n)]
+            duals = {s: Dual(v, []) for s, v in zip(own.values(), x, strict=True)}
+            d = [dual(t, duals, {}).value - p for t, p in zip(forward, point, strict=True)]
+            if sum((self.P[i][j] * d[i] * d[j] for i in range(self.n) for j in range(self.n)), arb(0)) <= exactly(
+                self.level
+            ):
+                continue
+            if depth > 14:
+                return "the claimed box is not in the level set"
+            axis = max(part, key=lambda k: part[k][1] / max(sides[k], Fraction(1, 10**9)))
+            middle, half = part[axis]
+            stack += [({**part, axis: (middle + sign * half / 2, half / 2)}, depth + 1) for sign in (1, -1)]
+        return ""
+
+    def _uncovered(self, point: list[arb]) -> str:
+        """Walk the tree; empty where every leaf is settled."""
+        stack, place = [[(Fraction(0), half) for half in self.half]], 0
+        while stack:
+            box = stack.pop()
+            if place >= min(len(self.tree), MOST_BOXES):
+                return "the tree of boxes ends too early"
+            word = self.tree[place]
+            place += 1
+            if word.startswith("/"):
+                axis = int(word[1:])
+                if not 0 <= axis < self.k:
+                    return "the tree halves a coordinate that is not there"
+                stack += halves(box, axis)
+            elif word != ".":
+                return "the tree has a word that is not known"
+            elif not self._settled(point, box):
+                names = self.given.coordinates
+                shown = ", ".join(f"{n}: {float(c):.4g} ± {float(h):.2g}" for n, (c, h) in zip(names, box, strict=True))
+                return f"V is not proved to fall on the box {shown}"
+        return "" if place == len(self.tree) else "the tree of boxes goes on after its end"
+
+    def _settled(self, point: list[arb], box: Box) -> bool:
+        """Whether the box is settled, by itself or in parts."""
+        stack, looked = [(box, 0)], 0
+        while stack:
+            part, depth = stack.pop()
+            looked += 1
+            if self._beyond(part) or self._falls(point, part):
+                continue
+            if depth >= DEEPER or looked > PARTS:
+                return False
+            axis = max(range(self.k), key=lambda k: part[k][1] / self.half[k])
+            stack += [(each, depth + 1) for each in halves(part, axis)]
+        return True
+
+    def _beyond(self, box: Box) -> bool:
+        """Whether dᵀPd > level on the box, whatever the coordinates are whose sides were never halved."""
+        cut = [k for k in range(self.k) if box[k][1] < self.half[k]]
+        if not cut:
+            return False
+        shadow = inverse([[self.inverse[i][j] for j in cut] for i in cut])
+        d = [around(*box[i]) for i in cut]
+        total = arb(0)
+        for a, left in enumerate(d):
+            for b, right in enumerate(d):
+                total += exactly(shadow[a][b]) * left * right
+        return bool(total > exactly(self.level))
+
+    def _falls(self, point: list[arb], box: Box) -> bool:
+        k, n, P = self.k, self.n, self.P
+        w, m = [around(*side) for side in box[:k]], [exactly(side[0]) for side in box[:k]]
+        outer = point[:k]
+        rates, _ = self.still.duals([p + d for p, d in zip(outer, w, strict=True)])
+        start, _ = self.still.duals([p + d for p, d in zip(outer, m, strict=True)])
+        push = [sum((P[i][j] * w[j] for j in range(k)), arb(0)) for i in range(k)]
+        total = sum((P[i][j] * m[i] * start[j].value for i in range(k) for j in range(k)), arb(0))
+        for j in range(k):
+            slope = sum((P[j][i] * rates[i].value + rates[i].slope[j] * push[i] for i in range(k)), arb(0))
+            total += slope * around(Fraction(0), box[j][1])
+        coupled: list[list[arb]] = []
+        if k < n:
+            left = exactly(self.level) - sum((w[i] * push[i] for i in range(k)), arb(0))
+            if left < 0:
+                return True
+            size = arb(left.upper()).max(arb(0)).sqrt()
+            unit = around(Fraction(0), Fraction(1))
+            errors = [unit * size * exactly(self.inverse[j][j]).sqrt() for j in range(k, n)]
+            found, _ = self.loop.duals([p + d for p, d in zip(point, [*w, *errors], strict=True)])
+            coupled = [[found[i].slope[j] for j in range(k, n)] for i in range(k)]
+            c = [sum((coupled[i][j] * push[i] for i in range(k)), arb(0)) for j in range(n - k)]
+            total += quadratic_of_inverse(self.decay, c) / 2
+        if total < 0:
+            return True
+        inner = self.still.secant(outer, w)
+        S = [[arb(0)] * n for _ in range(n)]
+        product = [[sum((P[i][m_] * inner[m_][j] for m_ in range(k)), arb(0)) for j in range(k)] for i in range(k)]
+        for i in range(k):
+            for j in range(k):
+                S[i][j] = -(product[i][j] + product[j][i])
+            for j in range(k, n):
+                S[i][j] = S[j][i] = -sum((P[i][m_] * coupled[m_][j - k] for m_ in range(k)), arb(0))
+        for i in range(k, n):
+            for j in range(k, n):
+                S[i][j] = self.decay[i - k][j - k]
+        return definite(S)

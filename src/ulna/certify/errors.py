@@ -1,0 +1,9 @@
+"""What `ulna.certify` raises."""
+
+from __future__ import annotations
+
+from ulna.base import UlnaError
+
+
+class CertifyError(UlnaError):
+    """A loop that no theorem here speaks of, a claim that cannot be read, a file that is no certificate."""

@@ -1,0 +1,329 @@
+"""`prove`: the answer to a claim about a loop, with a certificate where it is proved."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from ulna.base import Verdict
+from ulna.certify.balls import Slopes, slopes_of
+from ulna.certify.certificate import THEOREM, Certificate
+from ulna.certify.claims import Claim, Region, StableWithin
+from ulna.certify.errors import CertifyError
+from ulna.certify.form import Form, form_of
+from ulna.certify.limited import Limited, limited_loop
+from ulna.certify.metrics import Candidate, candidates
+from ulna.certify.region import Attempt, attempt
+from ulna.certify.rest import Rest, holding, linear_answer, rest
+from ulna.loop import Loop, fingerprint
+from ulna.program import to_numpy
+from ulna.symbolic.compiling import kernel
+from ulna.system import given_point
+
+PATIENCE = 20.0
+"""s of CPU time for a claim."""
+BOXES = 200_000
+FINER = 1.2
+"""Ratio of the smallest level not proved to the largest proved one at which the search for the level ends."""
+_TRIED = 3
+"""Quadratic forms that are tried in earnest."""
+
+
+def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, seconds: float = PATIENCE) -> Verdict:
+    """Whether a claim about a continuous loop within its limits is true, proved in exact and ball arithmetic.
+
+    The theorem: V = (x − x*)ᵀ P (x − x*) with P from a Lyapunov equation. The rates are M(d) d for d = x − x*; branch
+    and bound shows PM + MᵀP < 0 for every d in a level set of V, limits of the inputs included. So V falls
+    exponentially there, and every run that starts in the level set stays in it and converges.
+
+    Args:
+        loop: without a processor; its saturation counts. claim: `Region()` or `StableWithin(box={...})`.
+        inputs: SI values at which references and disturbances are held, by name; 0 where left out.
+        seconds: CPU time for the search.
+
+    Returns:
+        Proved with a `certificate` (and `half_axes` of the ellipsoid, `level`, `boxes`); refuted with the eigenvalue,
+        the signal that holding needs beyond its limit, or a run that does not converge; undecided with how far it came.
+
+    Raises:
+        CertifyError: a loop that the theorem does not speak of, names that are unknown.
+
+    Reference:
+        H. K. Khalil, "Nonlinear Systems", 3rd ed., theorem 4.10; W. Tucker, "Validated Numerics", 2011, chapter 5.
+    """
+    limited = limited_loop(loop, inputs or {})
+    _check_names(limited, claim)
+    form = form_of(loop, limited)
+    slopes = slopes_of(form)
+    near = _start(loop, form)
+    found = rest(slopes, near)
+    text = _text(limited, claim)
+    if found is None:
+        return _without_equilibrium(slopes, near, text)
+    unstable = linear_answer(slopes, found)
+    if unstable is not None:
+        return unstable.restated(text)
+    sizes = _sizes(slopes, found, claim)
+    began = time.thread_time()
+    tried = candidates(slopes, found, sizes)
+    if not tried:
+        return Verdict.undecided(text, reason="the linearisation is not asymptotically stable")
+    best: tuple[Candidate, sp.Rational, Attempt] | None = None
+    least: dict[str, Any] = {}
+    for k, each in enumerate(tried[:_TRIED]):
+        if isinstance(claim, StableWithin):
+            level = _level_of(each.P, slopes, found, claim)
+            tried_level = attempt(slopes, found, each.P, level, boxes=BOXES, seconds=seconds / _TRIED)
+            if tried_level.proved:
+                best = (each, level, tried_level)
+                break
+            least = _stuck(form, tried_level)
+            continue
+        share = seconds * (0.5 if k == 0 else 0.25)
+        level, done = _largest(slopes, found, each, share)
+        if done is not None and (best is None or _volume(each.P, level) > _volume(best[0].P, best[1])):
+            best = (each, level, done)
+    spent = time.thread_time() - began
+    if best is None:
+        return _open(slopes, found, claim, text, {**least, "seconds": round(spent, 2)})
+    return _proved(loop, slopes, found, claim, text, best)
+
+
+def _text(limited: Limited, claim: Claim) -> str:
+    if isinstance(claim, Region):
+        return f"runs of '{limited.name}' that start in an ellipsoid about the equilibrium converge to it"
+    sides = ", ".join(f"{name} ± {size:g}" for name, size in claim.box.items())
+    return f"runs of '{limited.name}' that start within {sides} of the equilibrium converge to it"
+
+
+def _check_names(limited: Limited, claim: Claim) -> None:
+    names = [s.name for s in limited.states]
+    given = claim.scale if isinstance(claim, Region) else claim.box
+    unknown = [name for name in given if name not in names]
+    if unknown:
+        raise CertifyError(
+            f"the state '{unknown[0]}' of the claim", "the loop has no such state.", f"Known: {', '.join(names)}."
+        )
+
+
+def _start(loop: Loop, form: Form) -> np.ndarray:
+    """Where the equilibrium is looked for: the operating point of the plant's file, estimates equal to it."""
+    known = {name: float(value) for name, value in given_point(loop.plant).numbers.items()}
+    given = getattr(loop.controller, "initial", None)
+    known |= {name: float(value) for name, value in given.items()} if isinstance(given, Mapping) else {}
+    states = form.limited.states
+    point = [known.get(s.name, known.get(s.name.removesuffix("_hat"), 0.0)) for s in states]
+    return _moved(form, np.array(point)[:, None])[:, 0]
+
+
+def _moved(form: Form, points: np.ndarray, *, back: bool = False) -> np.ndarray:
+    """(n, N) points x as ζ, or back."""
+    given, taken = (form.symbols, form.inverse) if back else (form.limited.symbols, form.forward)
+    evaluate = to_numpy(kernel("map", list(given), {f"m{k}": e for k, e in enumerate(taken)}))
+    return np.array([np.broadcast_to(row, points.shape[1:]) for row in evaluate(*points)], dtype=float)
+
+
+def _without_equilibrium(slopes: Slopes, near: np.ndarray, text: str) -> Verdict:
+    needed = holding(slopes, near) if slopes.form.commands else None
+    if needed:
+        own = slopes.form.limited
+        limits = {
+            symbol.name.removeprefix("limited_"): (float(low), float(high))
+            for symbol, low, high in zip(own.limited, own.lower, own.upper, strict=True)
+        }
+        return Verdict.refuted(text, needed=needed, limits={name: limits[name] for name in needed})
+    return Verdict.undecided(text, reason="no isolated equilibrium is found near the operating point")
+
+
+def _sizes(slopes: Slopes, found: Rest, claim: Claim) -> np.ndarray:
+    """(n,) where each coordinate is far off: what the states' sizes make of it.
+
+    A state is far off as told, at its range, else at 1; an estimate as what it estimates.
+    """
+    form = slopes.form
+    told = dict(claim.scale) if isinstance(claim, Region) else {n: s for n, s in claim.box.items() if s > 0}
+    states = form.limited.states
+    ranges = {
+        s.name: float(max(abs(s.lower), abs(s.upper))) for s in states if s.lower is not None and s.upper is not None
+    }
+    sizes = []
+    for state in states:
+        names = (state.name, state.name.removesuffix("_hat"))
+        sizes.append(next((table[n] for table in (told, ranges) for n in names if table.get(n)), 1.0))
+    at = dict(zip(form.symbols, found.center, strict=True))
+    own = {s: e.xreplace(at) for s, e in zip(form.limited.symbols, form.inverse, strict=True)}
+    slope = np.abs(np.array(sp.Matrix(form.forward).jacobian(list(form.limited.symbols)).xreplace(own), dtype=float))
+    moved = slope @ np.array(sizes)
+    return np.where(np.isfinite(moved) & (moved > 0), moved, 1.0)
+
+
+def _level_of(P: sp.Matrix, slopes: Slopes, found: Rest, claim: StableWithin) -> sp.Rational:
+    """A level whose set contains the box, as many samples of it and its corners see it, with 2 % to spare."""
+    form = slopes.form
+    names = [s.name for s in form.limited.states]
+    rest = _moved(form, found.numbers[:, None], back=True)
+    places, half = [names.index(name) for name in claim.box], np.array(list(claim.box.values()))
+    corners = np.array(list(itertools.product((-1.0, 1.0), repeat=len(places)))).T
+    inside = np.random.default_rng(0).uniform(-1.0, 1.0, (len(places), 4000))
+    # Samples on the faces, where V is largest.
+    inside[np.random.default_rng(1).integers(len(places), size=2000), np.arange(2000)] = 1.0
+    points = np.repeat(rest, corners.shape[1] + inside.shape[1], axis=1)
+    points[places] += half[:, None] * np.hstack([corners, inside])
+    d = _moved(form, points) - found.numbers[:, None]
+    top = float(np.max(np.einsum("ij,ij->j", d, np.array(P.tolist(), dtype=float) @ d)))
+    return sp.Rational(max(1.02 * top, 1e-12))
+
+
+def _exactly(value: float) -> sp.Rational:
+    return sp.Rational(str(value))
+
+
+def _largest(slopes: Slopes, found: Rest, candidate: Candidate, seconds: float) -> tuple[sp.Rational, Attempt | None]:
+    """The largest level that is proved, by halving on a logarithmic scale below what samples allow."""
+    began = time.thread_time()
+    low, high = None, candidate.limit
+    best: Attempt | None = None
+    level = high * 0.7
+    while time.thread_time() - began < seconds and (low is None or high / low > FINER):
+        left = seconds - (time.thread_time() - began)
+        exact_level = sp.Rational(float(level))
+        done = attempt(slopes, found, candidate.P, exact_level, boxes=BOXES, seconds=max(0.2, left / 2))
+        if done.proved:
+            low, best = level, done
+            level = (low * high) ** 0.5
+        else:
+            high = level
+            level = (low * high) ** 0.5 if low is not None else level / 4
+        if low is None and level < candidate.limit * 1e-16:
+            break
+    return sp.Rational(float(low or 0.0)), best
+
+
+def _volume(P: sp.Matrix, level: sp.Rational) -> float:
+    _, determinant = np.linalg.slogdet(np.array(P.tolist(), dtype=float))
+    return float(P.shape[0] / 2 * np.log(float(level)) - determinant / 2)
+
+
+def _stuck(form: Form, done: Attempt) -> dict[str, Any]:
+    if done.stuck is None:
+        return {}
+    middle, half = done.stuck
+    return {
+        "boxes": done.boxes,
+        "stuck": {s.name: (float(c), float(h)) for s, c, h in zip(form.symbols, middle, half, strict=True)},
+    }
+
+
+def _open(slopes: Slopes, found: Rest, claim: Claim, text: str, evidence: dict[str, Any]) -> Verdict:
+    """Refuted where a run from a corner of the box is seen to stay away; undecided otherwise."""
+    if isinstance(claim, StableWithin):
+        corner = _run_away(slopes, found, claim)
+        if corner is not None:
+            return Verdict.refuted(text, **evidence, start=corner[0], end=corner[1], after=corner[2])
+    return Verdict.undecided(text, reason="no quadratic form that was tried reaches so far", **evidence)
+
+
+def _run_away(
+    slopes: Slopes, found: Rest, claim: StableWithin
+) -> tuple[dict[str, float], dict[str, float], float] | None:
+    """A corner of the box, where its run is after long, and when: far off still. By SciPy's LSODA, to 1e-9."""
+    from scipy.integrate import solve_ivp
+
+    form = slopes.form
+    names = [s.name for s in form.limited.states]
+    slowest = -np.linalg.eigvals(slopes.numbers(found.numbers)).real.max()
+    horizon, rest = 60.0 / slowest, _moved(form, found.numbers[:, None], back=True)[:, 0]
+    places = [names.index(name) for name in claim.box]
+    for signs in itertools.product((-1, 1), repeat=len(places)):
+        start = rest.copy()
+        start[places] += [sign * size for sign, size in zip(signs, claim.box.values(), strict=True)]
+        run = solve_ivp(
+            lambda _, z: slopes.limited_rates(z[:, None])[:, 0],
+            (0.0, horizon),
+            _moved(form, start[:, None])[:, 0],
+            method="LSODA",
+            rtol=1e-9,
+            atol=1e-12,
+        )
+        last = _moved(form, run.y[:, -1:], back=True)[:, 0]
+        off = np.abs(last - rest) / (1.0 + np.abs(rest))
+        if not np.isfinite(off).all() or off.max() > 1e-2:
+            end = dict(zip(names, last.tolist(), strict=True))
+            return dict(zip(names, start.tolist(), strict=True)), end, float(run.t[-1])
+    return None
+
+
+def _proved(
+    loop: Loop,
+    slopes: Slopes,
+    found: Rest,
+    claim: Claim,
+    text: str,
+    best: tuple[Candidate, sp.Rational, Attempt],
+) -> Verdict:
+    candidate, level, done = best
+    form, limited = slopes.form, slopes.form.limited
+    still = None if slopes.still is None else slopes.still.form
+    certificate = Certificate(
+        name=limited.name,
+        design=fingerprint(loop),
+        theorem=THEOREM,
+        states=tuple(s.name for s in limited.states),
+        rates=_texts(limited.rates),
+        commands=_texts(limited.commands),
+        limited=tuple(s.name for s in limited.limited),
+        lower=_texts(limited.lower),
+        upper=_texts(limited.upper),
+        coordinates=tuple(s.name for s in form.symbols),
+        forward=_texts(form.forward),
+        inverse=_texts(form.inverse),
+        closed=_texts(form.closed),
+        gains=_table(form.gains),
+        moved_commands=_texts(form.commands),
+        outer=form.outer,
+        still_closed=() if still is None else _texts(still.closed),
+        still_gains=() if still is None else _table(still.gains),
+        still_commands=() if still is None else _texts(still.commands),
+        center=_texts(found.center),
+        radius=str(found.radius),
+        P=_table(candidate.P),
+        level=str(level),
+        tree=done.tree,
+        box={n: str(_exactly(s)) for n, s in claim.box.items()} if isinstance(claim, StableWithin) else {},
+    )
+    names = [s.name for s in limited.states]
+    rest_point = _moved(form, found.numbers[:, None], back=True)
+    reach = _reach(form, found, candidate.P, float(level))
+    return Verdict.proved(
+        text,
+        equilibrium=dict(zip(names, rest_point[:, 0].tolist(), strict=True)),
+        half_axes=dict(zip(names, reach.tolist(), strict=True)),
+        level=float(level),
+        sampled_limit=candidate.limit,
+        boxes=done.boxes,
+        certificate=certificate,
+    )
+
+
+def _texts(expressions: Any) -> tuple[str, ...]:
+    return tuple(str(e) for e in expressions)
+
+
+def _table(matrix: sp.MatrixBase) -> tuple[tuple[str, ...], ...]:
+    return tuple(_texts(matrix.row(i)) for i in range(matrix.shape[0]))
+
+
+def _reach(form: Form, found: Rest, P: sp.Matrix, level: float) -> np.ndarray:
+    """(n,) how far each state itself goes in the level set, of many points on its edge."""
+    directions = np.random.default_rng(0).normal(size=(P.shape[0], 4000))
+    directions = np.hstack([directions, np.eye(P.shape[0])])
+    numbers = np.array(P.tolist(), dtype=float)
+    edge = np.linalg.inv(np.linalg.cholesky(numbers)).T @ (directions / np.linalg.norm(directions, axis=0))
+    points = _moved(form, found.numbers[:, None] + np.sqrt(level) * edge, back=True)
+    middle = _moved(form, found.numbers[:, None], back=True)
+    return np.nanmax(np.abs(points - middle), axis=1)

@@ -1,0 +1,102 @@
+"""`ulna prove PLANT`: whether a loop within its limits is stable, with a certificate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ulna.base import SimulationError
+from ulna.cli.asked_plant import plant_in_file
+from ulna.cli.asked_run import run_of
+from ulna.cli.option_groups import with_groups
+from ulna.cli.options import AsJson, DesignOptions, HardwareOptions, PlantOptions, RunOptions
+from ulna.cli.terminal import print_json, progress
+from ulna.cli.typed_values import named_values, quantity, unit_in
+
+if TYPE_CHECKING:
+    from ulna.base import Verdict
+    from ulna.certify import Claim
+    from ulna.loop import Loop
+
+
+@with_groups
+def prove(
+    plant: PlantOptions,
+    run: RunOptions,
+    within: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=SIZE",
+            help="Runs that start so near the equilibrium, either side, converge: 'theta=90deg, omega=5'. Left out: "
+            "the largest ellipsoid that is found.",
+        ),
+    ] = None,
+    patience: Annotated[float, typer.Option("--patience", min=0.1, help="CPU time for the search, s.")] = 20.0,
+    out: Annotated[Path | None, typer.Option(help="Write the certificate for `ulna check` (JSON).")] = None,
+    as_json: AsJson = False,
+    *,
+    design: DesignOptions,
+    hardware: HardwareOptions,
+) -> None:
+    """Prove that a continuous loop within its limits (--limit) converges, or show why not.
+
+    The exit status is 0 for any verdict.
+    """
+    from ulna.certify import prove as proved
+
+    if hardware.sampled:
+        found = "there is no theorem here yet for a loop on a processor."
+        raise SimulationError("--period", found, "Leave it out: the proof is about the continuous loop.")
+    system = plant_in_file(plant)
+    with progress(f"designing for '{system.name}'"):
+        asked = run_of(system, plant, run, design, hardware)
+    moving = [name for name, value in asked.inputs.items() if not isinstance(value, float | int)]
+    if moving:
+        raise SimulationError(f"the input '{moving[0]}'", "it moves, and the proof is about rest.", "Give a number.")
+    with progress("proving"):
+        verdict = proved(asked.loop, _claim(asked.loop, within or []), inputs=asked.inputs, seconds=patience)
+    certificate = verdict.evidence.get("certificate")
+    if out is not None and certificate is not None:
+        certificate.write(out)
+    if as_json:
+        print_json({"status": verdict.status.value, "claim": verdict.claim, **_plain(verdict)})
+    else:
+        _tell(verdict)
+        if out is not None:
+            typer.echo(f"certificate: {out}" if certificate is not None else "no certificate: nothing was proved")
+
+
+def _claim(loop: Loop, within: list[str]) -> Claim:
+    from ulna.certify import Region, StableWithin
+
+    if not within:
+        return Region()
+    units = {s.name: unit_in(loop.plant, s) for s in loop.plant.states}
+    box = {
+        name: float(quantity(value.lstrip("±+ "), asked, unit=units.get(name)))
+        for name, value, asked in named_values(within, "--within")
+    }
+    return StableWithin(box=box)
+
+
+def _plain(verdict: Verdict) -> dict[str, Any]:
+    return {
+        name: str(v) if isinstance(v, complex) else v for name, v in verdict.evidence.items() if name != "certificate"
+    }
+
+
+def _tell(verdict: Verdict) -> None:
+    typer.echo(str(verdict))
+    for name, value in _plain(verdict).items():
+        shown = value
+        if isinstance(value, dict):
+            shown = ", ".join(f"{k} {_number(v)}" for k, v in value.items())
+        typer.echo(f"  {name.replace('_', ' ')}: {_number(shown)}")
+
+
+def _number(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_number, value))})"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
