@@ -13,6 +13,7 @@ import sympy as sp
 
 from ulna.base import Status, Verdict
 from ulna.design.analysis.answer import Answer, not_applicable
+from ulna.symbolic.formulas import put_in
 from ulna.system import System
 
 Answers = dict[str, Answer]
@@ -77,7 +78,7 @@ _FULL: Mapping[str, Any] = {
 
 def _defined(found: Answers, system: System, where: Mapping[sp.Symbol, sp.Expr]) -> None:
     """Nothing is said about a point where the plant has no value; a T proved around the point has one there."""
-    values = [e.xreplace(dict(where)) for e in system.inline((*system.rates, *system.readouts))]
+    values = [put_in(e, where) for e in system.inline((*system.rates, *system.readouts))]
     names = [f"{s.name}'" for s in system.states] + [s.name for s in system.outputs]
     missing = [name for name, value in zip(names, values, strict=True) if _is_missing(value)]
     if missing:
@@ -88,7 +89,7 @@ def _defined(found: Answers, system: System, where: Mapping[sp.Symbol, sp.Expr])
     for key, at_point, wanted in full:
         value = _value(found, key)
         regular = _value(found, at_point) == wanted and found[at_point].verdict.holds
-        if value and regular and not missing and any(_is_missing(e.xreplace(dict(where))) for e in value):
+        if value and regular and not missing and any(_is_missing(put_in(e, where)) for e in value):
             found[key] = _open(found[key], "its formula has no value at the operating point")
 
 
