@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +84,9 @@ SPOILED: dict[str, Any] = {
     "tree": lambda c: {"tree": c.tree.rsplit(" ", 1)[0]},
     "longer tree": lambda c: {"tree": c.tree + " ."},
     "rate": lambda c: {"rates": (c.rates[0], f"{c.rates[1]} + q")},
+    "wire": lambda c: {"wires": tuple((n, f"{e} - q/2" if n == "u" else e) for n, e in c.wires)},
+    "wire without formula": lambda c: {"wires": (*c.wires, ("more",))},
+    "limited signal": lambda _: {"limited": ("w",)},
     "closed": lambda c: {"closed": (*c.closed[:-1], f"{c.closed[-1]} - z1")},
     "command": lambda c: {"moved_commands": (f"{c.moved_commands[0]} - z1",)},
     "limit": lambda _: {"upper": ("3/2",), "lower": ("-3/2",)},
@@ -120,6 +124,67 @@ def test_a_box_within_is_proved() -> None:
     found = prove(_scalar("-3*x"), StableWithin(box={"x": 0.5}), seconds=10)
     assert found.status is Status.PROVED
     assert check(found.evidence["certificate"]).status is Status.PROVED
+
+
+def _exact_loop(rates: dict[str, str]) -> Loop:
+    """A plant under an exact law on its states, without limits."""
+    plant = system_from_mapping(
+        {"name": "plant", "states": rates, "inputs": {"u": {}}, "outputs": {"y": next(iter(rates))}}
+    )
+    return Loop(plant=plant, controller=ulna.state_feedback(ulna.controller_form(plant), ulna.Poles(-2, -3)))
+
+
+SINGULAR = {
+    "law": ({"a": "b", "b": "(1 + a)*u"}, "a", 1.0),
+    "pole of the plant": ({"a": "b", "b": "u/(2 - a)"}, "a", 2.0),
+    "range of the coordinates": ({"a": "sin(b)", "b": "u"}, "b", np.pi / 2),
+    "root": ({"a": "b", "b": "sqrt(1 + a)*u"}, "a", 1.0),
+}
+"""Rates, the state and how far from 0 the loop stops being defined: an exact law cancels that out of the formulas."""
+
+
+@pytest.mark.parametrize("kind", SINGULAR)
+def test_no_region_reaches_where_the_loop_is_not_defined(kind: str) -> None:
+    rates, state, edge = SINGULAR[kind]
+    loop = _exact_loop(rates)
+    found = prove(loop, Region(), seconds=5)
+    assert found.status is Status.PROVED
+    assert 0.1 * edge < found.evidence["half_axes"][state] < edge
+    assert check(found.evidence["certificate"]).status is Status.PROVED
+    assert prove(loop, StableWithin(box={state: 1.1 * edge}), seconds=2).status is not Status.PROVED
+
+
+@pytest.mark.parametrize("kind", ["law", "pole of the plant"])
+def test_the_second_program_refuses_a_level_beyond_where_the_loop_is_defined(kind: str) -> None:
+    certificate = prove(_exact_loop(SINGULAR[kind][0]), Region(), seconds=5).evidence["certificate"]
+    wider = replace(certificate, level=str(4 * Fraction(certificate.level)), tree=".")
+    assert check(wider).fails
+    # The rates alone are linear: with the wires substituted into them the same level passes.
+    substituted = tuple(rate.replace("z1", "a").replace("z2", "b") for rate in wider.closed)
+    assert check(replace(wider, wires=(), rates=substituted)).holds
+
+
+def test_limits_belong_to_their_own_signals_and_one_side_may_be_open() -> None:
+    plant = system_from_mapping(
+        {
+            "name": "two",
+            "states": {"p": "p + u1", "q": "q + u2"},
+            "inputs": {"u1": {}, "u2": {}},
+            "outputs": {"y1": "p", "y2": "q"},
+        }
+    )
+    law = ulna.state_feedback(ulna.controller_form(plant), ulna.Poles(-2, -2))
+    limits = {"u2": Saturation(lower=-5.0, upper=np.inf), "u1": Saturation(lower=-0.5, upper=0.5)}
+    found = prove(Loop(plant=plant, controller=law, hardware=Hardware(saturation=limits)), Region(), seconds=10)
+    assert found.status is Status.PROVED
+    assert 0.1 < found.evidence["half_axes"]["p"] < 0.5
+    assert check(found.evidence["certificate"]).status is Status.PROVED
+
+
+def test_limits_without_a_controller_are_refused() -> None:
+    loop = Loop(plant=_swing().plant, hardware=Hardware(saturation=Saturation(lower=-1.0, upper=1.0)))
+    with pytest.raises(CertifyError, match="no controller commands what they limit"):
+        prove(loop, Region())
 
 
 def test_an_unstable_loop_is_refuted_with_its_eigenvalue() -> None:

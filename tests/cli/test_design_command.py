@@ -77,7 +77,7 @@ def test_a_plant_without_observer_form_is_offered_other_observers(other):
         (["--lqr", "1,1:1,2"], "2 weights of the new input"),
         (["--lqr", "-1:1"], "must be positive"),
         (["--lqr", "1e400,1:1"], "all finite"),
-        (["--kalman", "1,1"], "two lists divided by ':' are due"),
+        (["--kalman", "1,1"], "expected two lists separated by ':'"),
         (["--kalman", "1:1"], "1 numbers given, 2 needed"),
         (["--observer-poles", "-1,-2", "--high-gain", "0"], "no positive number"),
     ],

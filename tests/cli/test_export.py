@@ -6,28 +6,14 @@ from pathlib import Path
 
 import pytest
 from compilers import GCC
-from terminal import answered, refused, ulna
+from terminal import MASS, answered, refused, ulna, written
 
-PLANT = """
-name = "mass"
-[parameters]
-m = { value = 1, range = [0.5, 3] }
-[states]
-x = "v"
-v = "u/m"
-[inputs]
-u = {}
-[outputs]
-x = "x"
-"""
 POLES = ["--controller-poles", "-2,-3", "--observer-poles", "-9,-10", "--period", "1e-3", "--limit", "5"]
 
 
 @pytest.fixture
 def plant(tmp_path: Path) -> str:
-    path = tmp_path / "mass.toml"
-    path.write_text(PLANT)
-    return str(path)
+    return written(MASS, tmp_path / "mass.toml")
 
 
 @pytest.mark.skipif(GCC is None, reason="there is no gcc")
@@ -57,7 +43,7 @@ def test_a_reference_may_stay_open(plant: str, tmp_path: Path) -> None:
         ([*POLES], "--out and --verify: neither is given."),
         ([*POLES, "--out", "c", "--verify", "c"], "--out and --verify: both are given."),
         ([*POLES, "--out", "c", "--target", "avr"], "target 'avr': it is not known."),
-        ([*POLES, "--verify", "nowhere"], "its design.json cannot be read"),
+        ([*POLES, "--verify", "nowhere"], "it has no design.json that ulna wrote"),
     ],
 )
 def test_mistakes_are_one_line(

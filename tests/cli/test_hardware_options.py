@@ -139,7 +139,7 @@ SAMPLED = [*POLES, "--period", "1e-3"]
         ([*SAMPLED, "--slew", "-1"], "--slew -1.0: the rate must be positive"),
         ([*SAMPLED, "--jitter", "1"], "--jitter 1.0: it is not shorter than the period"),
         ([*SAMPLED, "--missed", "1"], "--missed 1.0: it lies in [0, 1)"),
-        ([*SAMPLED, "--pwm", "20e3"], "carrier and supply are due"),
+        ([*SAMPLED, "--pwm", "20e3"], "expected carrier and supply"),
         ([*SAMPLED, "--pwm", "20e3:-1"], "--pwm, the value -1.0: it must be a positive number"),
         ([*SAMPLED, "--event", "omega"], "they are for a continuous loop"),
         ([*SAMPLED, "--limit", "2:1"], "--limit 2.0:1.0: the lower limit 2.0 is not below"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from terminal import answered, refused, ulna
+from terminal import answered, refused, ulna, written
 
 PLANT = """
 name = "swing"
@@ -22,9 +22,7 @@ LAW = ["--controller-poles", "-2,-3", "--limit", "8"]
 
 @pytest.fixture
 def plant(tmp_path: Path) -> str:
-    path = tmp_path / "swing.toml"
-    path.write_text(PLANT)
-    return str(path)
+    return written(PLANT, tmp_path / "swing.toml")
 
 
 def test_a_proof_is_written_checked_and_refused_where_it_was_changed(plant: str, tmp_path: Path) -> None:
@@ -50,6 +48,8 @@ def test_a_verdict_is_no_mistake(plant: str) -> None:
     ("options", "reason"),
     [
         ([*LAW, "--period", "1e-3"], "there is no theorem here yet for a loop on a processor"),
+        ([*LAW, "--out", "nowhere/proof.json"], "--out 'nowhere/proof.json': its folder does not exist"),
+        (["--limit", "8"], "no controller commands what they limit"),
         ([*LAW, "--within", "angle=1"], "the loop has no such state. Known: q, p"),
         ([*LAW, "--set-point", "--reference", "y=sin(t)"], "it moves, and the proof is about rest"),
     ],
@@ -61,3 +61,4 @@ def test_mistakes_are_one_line(plant: str, options: list[str], reason: str) -> N
 def test_a_file_that_is_no_certificate_is_refused(tmp_path: Path) -> None:
     (tmp_path / "x.json").write_text("{")
     assert "not JSON" in refused("check", str(tmp_path / "x.json"))
+    assert "a pipe or a device" in refused("check", "/dev/zero")

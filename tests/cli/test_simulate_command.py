@@ -149,7 +149,7 @@ def test_a_users_own_controller_closes_the_loop(written):
     ("arguments", "reason"),
     [
         (["--set", "mm=1"], "there is no parameter 'mm'. Did you mean m? Known: kp, ki, kd, tau, m."),
-        (["--set", "m 1"], "a name and its value are due"),
+        (["--set", "m 1"], "expected a name and its value"),
         (["--set", "kp=101"], "its range is [0, 100]"),
         (["--initial", "x=1, vv=0"], "there is no state 'vv'. Did you mean v? Known: sum, slow, x, v."),
         (["--initial", "1,0,0"], "3 numbers, 2 states (x, v)"),

@@ -39,7 +39,7 @@ def test_events_are_shown_in_a_table():
     ("arguments", "reason"),
     [
         (["--limit", "u=2:1"], "not below"),
-        (["--limit", "u=1:2:3"], "3 numbers, 1 or 2 are due"),
+        (["--limit", "u=1:2:3"], "3 numbers, expected 1 or 2"),
         (["--limit", "w=1"], "there is no input 'w'. Known: u."),
         (["--limit", "1", "--limit", "u=2"], "Name them"),
         (["--stop", "phi=0:1"], "there is no state 'phi'"),

@@ -6,30 +6,16 @@ import shlex
 from pathlib import Path
 
 import pytest
-from terminal import answered, refused, ulna
+from terminal import MASS, answered, refused, ulna, written
 
 from ulna.campaign import Replay
 
-PLANT = """
-name = "mass"
-[parameters]
-m = { value = 1, range = [0.5, 3] }
-[states]
-x = "v"
-v = "u/m"
-[inputs]
-u = {}
-[outputs]
-x = "x"
-"""
 POLES = ["--controller-poles", "-2,-3", "--observer-poles", "-9,-10"]
 
 
 @pytest.fixture
 def plant(tmp_path: Path) -> str:
-    path = tmp_path / "mass.toml"
-    path.write_text(PLANT)
-    return str(path)
+    return written(MASS, tmp_path / "mass.toml")
 
 
 def test_a_sweep_answers_draws_goes_on_and_is_replayed(plant: str, tmp_path: Path) -> None:

@@ -197,6 +197,17 @@ def test_names_that_become_one_in_c_are_refused() -> None:
         c_names(["x-1", "x 1"], what="state")
 
 
+def test_absurd_periods_and_names_that_c_does_not_have_are_refused(tmp_path: Path) -> None:
+    loop = arm_loops()["states"]
+    hasty = Loop(plant=loop.plant, controller=loop.controller, hardware=_hardware(loop, period=1e-300))
+    with pytest.raises(DeployError, match="shorter than a step takes on any processor"):
+        c_project(hasty, tmp_path / "c")
+    for name in ("int main", "double", "2nd"):
+        with pytest.raises(DeployError, match=f"library '{name}': this cannot be a name in C"):
+            c_project(loop, tmp_path / "c", name=name)
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_cannot_ship_is_refused_in_one_line(tmp_path: Path) -> None:
     loop = arm_loops()["paper"]
     with pytest.raises(DeployError, match=r"no processor: Hardware\(period=\.\.\.\) is missing"):
@@ -226,7 +237,7 @@ def test_a_folder_that_is_not_free_is_left_alone(tmp_path: Path) -> None:
     with pytest.raises(DeployError, match="cannot be written"):
         c_project(loop, tmp_path / "full" / "mine.txt" / "below")
     assert [path.name for path in (tmp_path / "full").iterdir()] == ["mine.txt"]
-    with pytest.raises(DeployError, match=r"design.json cannot be read"):
+    with pytest.raises(DeployError, match=r"it has no design.json that ulna wrote"):
         verify(tmp_path / "full")
     (tmp_path / "empty").mkdir()
     c_project(loop, tmp_path / "empty")

@@ -50,7 +50,7 @@ def _with(changes: dict[str, dict[str, Any]]) -> Paper:
     [
         (x + y, x - y, "does not hold"),
         (sp.Matrix([x, y]), sp.Matrix([[x, y]]), "transpose"),
-        (sp.Matrix([x, y]), sp.Matrix([x, y, 0]), "2 × 1 entries where 3 × 1 entries are due"),
+        (sp.Matrix([x, y]), sp.Matrix([x, y, 0]), "2 × 1 entries where 3 × 1 entries were expected"),
         (sp.Matrix([x, y]), sp.Matrix([x, -y]), "does not hold"),
         (sp.Matrix([x]), x, "matrix"),
     ],

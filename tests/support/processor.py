@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ulna.loop import Hardware, Loop, Repeat, Steps, applied
+from ulna.loop import Hardware, Loop, Steps, applied, unrolled
 from ulna.loop.flow import flow as flow_of
 from ulna.loop.step import step as step_of
 from ulna.program import to_python
@@ -43,7 +43,7 @@ class Processor:
         self.numbers = {**step.numbers, **flow.numbers}
         self.slots: dict[str, float] = dict(slots)
         self.stages = [(each, to_python(each)) for each in (*step.stages, applied(fitted))]
-        self.motion = [(each, to_python(each)) for each in _flat(flow.motion, flow.numbers)]
+        self.motion = [(each, to_python(each)) for each in unrolled(flow.motion, flow.numbers)]
         self.outputs = flow.outputs
 
     def run(self, kernel: Any, evaluate: Any) -> None:
@@ -64,17 +64,6 @@ class Processor:
         for kernel, evaluate in self.motion:
             self.run(kernel, evaluate)
         return dict(self.slots)
-
-
-def _flat(program: Any, numbers: Mapping[str, float]) -> list[Any]:
-    found: list[Any] = []
-    for each in program:
-        if isinstance(each, Repeat):
-            times = int(numbers[each.times]) if isinstance(each.times, str) else each.times
-            found += _flat(each.body, numbers) * times
-        else:
-            found.append(each)
-    return found
 
 
 def hardware(**parts: Any) -> Hardware:

@@ -53,3 +53,24 @@ def refused(*arguments: str) -> str:
 def python_words(message: str) -> list[str]:
     """What of a message is Python: calls, constructors, arguments, modules."""
     return _PYTHON.findall(message)
+
+
+MASS = """
+name = "mass"
+[parameters]
+m = { value = 1, range = [0.5, 3] }
+[states]
+x = "v"
+v = "u/m"
+[inputs]
+u = {}
+[outputs]
+x = "x"
+"""
+"""A plant file."""
+
+
+def written(text: str, path: Path) -> str:
+    """The path of a file with this text."""
+    path.write_text(text)
+    return str(path)

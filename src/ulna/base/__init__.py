@@ -12,7 +12,7 @@ from ulna.base.errors import (
     UlnaWarning,
     UnitError,
 )
-from ulna.base.files import whole_file
+from ulna.base.files import text_of_file, whole_file
 from ulna.base.units import Dimension, Unit, dimension_text, unit
 from ulna.base.verdict import Status, Verdict, all_of
 
@@ -33,6 +33,7 @@ __all__ = [
     "Verdict",
     "all_of",
     "dimension_text",
+    "text_of_file",
     "unit",
     "whole_file",
 ]

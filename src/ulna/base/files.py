@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Files: read within bounds, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -34,3 +34,24 @@ def whole_file(target: Path) -> Iterator[BufferedIOBase]:
         with suppress(OSError):
             beside.unlink()
         raise
+
+
+def text_of_file(target: Path, *, most: int) -> str:
+    """The UTF-8 text of a file, without the byte order mark that some editors put in front.
+
+    Args:
+        target: a plain file. most: bytes it may have.
+
+    Raises:
+        ValueError: its text is what was found: no plain file, too large, no UTF-8, not readable.
+    """
+    try:
+        if target.exists() and not target.is_file():
+            raise ValueError("this is no file but a folder, a pipe or a device")
+        if target.stat().st_size > most:
+            raise ValueError(f"it is larger than {most // 1_000_000} MB")
+        return target.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError("it cannot be read (not a UTF-8 text)") from None
+    except OSError as error:
+        raise ValueError(f"it cannot be read ({error.strerror or error})") from None

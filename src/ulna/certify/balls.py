@@ -10,6 +10,7 @@ import numpy as np
 import sympy as sp
 from flint import arb, arb_mat
 
+from ulna.certify.domain import Domain
 from ulna.certify.form import Form, without_errors
 from ulna.program import to_balls, to_numpy
 from ulna.symbolic.compiling import kernel
@@ -28,6 +29,7 @@ class Slopes:
         values: g, k and β. jacobian: ∂g/∂ζ, ∂k/∂ζ, β and its derivatives, row by row.
         float_values, float_jacobian: the same in floating point.
         still: of the coordinates before the errors, the errors at 0; None where there are no errors.
+        domain: where the loop is defined.
     """
 
     form: Form
@@ -37,6 +39,7 @@ class Slopes:
     float_values: Callable[..., tuple[Any, ...]]
     float_jacobian: Callable[..., tuple[Any, ...]]
     still: Slopes | None
+    domain: Domain
 
     @property
     def sizes(self) -> tuple[int, int]:
@@ -49,12 +52,12 @@ class Slopes:
         M is the mean of ∂g/∂ζ + Σ β (σ − 1) ∂k/∂ζ + ∂β/∂ζ (s − k) along the line from ζ* to ζ* + d, σ the slope of
         each limit.
         """
-        total: arb_mat | None = None
+        n, _ = self.sizes
+        total = arb_mat(n, n, [arb(0)] * (n * n))
         for j in range(SEGMENTS):
             part = arb((j + 0.5) / SEGMENTS, 0.5 / SEGMENTS)
             found = self.matrix([c + part * d for c, d in zip(center, box, strict=True)])
-            total = found if total is None else total + found
-        assert total is not None  # noqa: S101 - there is a segment
+            total += found
         return total * (arb(1) / SEGMENTS)
 
     def rates(self, point: Sequence[arb]) -> list[arb]:
@@ -169,7 +172,10 @@ def slopes_of(form: Form) -> Slopes:
     values = [*closed, *commands, *gains]
     jacobian = kernel("jacobian", z, {f"j{k}": e for k, e in enumerate(entries)})
     whole = kernel("values", z, {f"v{k}": e for k, e in enumerate(values)})
+    domain = Domain(form)
     used = {symbol for e in (*entries, *commands) for symbol in e.free_symbols}
+    # Where the loop is not defined everywhere, that may hang on any coordinate.
+    used |= set() if domain.everywhere else set(z)
     return Slopes(
         form=form,
         active=tuple(place for place, symbol in enumerate(z) if symbol in used),
@@ -178,6 +184,7 @@ def slopes_of(form: Form) -> Slopes:
         float_values=to_numpy(whole),
         float_jacobian=to_numpy(jacobian),
         still=slopes_of(without_errors(form)) if form.outer < len(z) else None,
+        domain=domain,
     )
 
 

@@ -9,10 +9,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from ulna.base import text_of_file, whole_file
 from ulna.certify.errors import CertifyError
 
 FORMAT = 1
 """Of the file."""
+LARGEST_FILE = 200_000_000
+"""Bytes: a certificate of a million boxes has some ten million."""
 THEOREM = "quadratic Lyapunov function, mean-value form"
 
 
@@ -25,8 +28,9 @@ class Certificate:
 
     Attributes:
         name: of the loop. design: hash of what it was made from. theorem: its name.
-        states: names of x. rates: f, formulas in the states and the limited signals. commands: k in x.
-        limited: names of s. lower, upper: their limits.
+        states: names of x. wires: name and formula of what runs between the loop's parts, in states and earlier wires.
+        rates: in states and wires. limited: the wires that are limited; wherever such a name is used it is the limited
+            value. lower, upper: their limits.
         coordinates: names of ζ. forward: T, in x. inverse: T⁻¹, in ζ.
         closed: g. gains: rows of β. moved_commands: k in ζ.
         outer: how many coordinates come before those of errors e' = A e. still_closed, still_gains, still_commands: the
@@ -40,8 +44,8 @@ class Certificate:
     design: str
     theorem: str
     states: tuple[str, ...]
+    wires: tuple[tuple[str, ...], ...]
     rates: tuple[str, ...]
-    commands: tuple[str, ...]
     limited: tuple[str, ...]
     lower: tuple[str, ...]
     upper: tuple[str, ...]
@@ -71,11 +75,10 @@ class Certificate:
         place = Path(path)
         data = {"format": FORMAT, **asdict(self)}
         try:
-            work = place.with_name(f".{place.name}.part")
-            work.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-            work.replace(place)
+            with whole_file(place) as file:
+                file.write((json.dumps(data, indent=1) + "\n").encode())
         except OSError as error:
-            raise CertifyError(f"the file '{place}'", f"it cannot be written ({error.strerror}).") from None
+            raise CertifyError(f"the file '{place}'", f"it cannot be written ({error.strerror or error}).") from None
 
     def __repr__(self) -> str:
         return f"Certificate of '{self.name}': {self.theorem}, {self.tree.count('.')} boxes"
@@ -89,10 +92,12 @@ def read_certificate(path: str | os.PathLike[str]) -> Certificate:
     """
     place = Path(path)
     try:
-        data = json.loads(place.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise CertifyError(f"the certificate '{place}'", f"it cannot be read ({error.strerror}).") from None
-    except (UnicodeDecodeError, ValueError, RecursionError):
+        text = text_of_file(place, most=LARGEST_FILE)
+    except ValueError as error:
+        raise CertifyError(f"the certificate '{place}'", f"{error}.", "Check the path.") from None
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError):
         raise CertifyError(f"the certificate '{place}'", "it is not JSON: damaged or cut off.") from None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise CertifyError(f"the certificate '{place}'", f"it is not of format {FORMAT}.", "Prove the claim anew.")
@@ -102,10 +107,10 @@ def read_certificate(path: str | os.PathLike[str]) -> Certificate:
         raise CertifyError(f"the certificate '{place}'", "parts of it are missing or of another kind.") from None
 
 
-_ROWS = ("states", "rates", "commands", "limited", "lower", "upper", "coordinates", "forward", "inverse", "closed")
+_ROWS = ("states", "rates", "limited", "lower", "upper", "coordinates", "forward", "inverse", "closed")
 _ROWS += ("moved_commands", "still_closed", "still_commands", "center")
 _WORDS = ("name", "design", "theorem", "radius", "level", "tree")
-_TABLES = ("gains", "still_gains", "P")
+_TABLES = ("wires", "gains", "still_gains", "P")
 
 
 def _of(data: Mapping[str, Any]) -> Certificate:

@@ -3,6 +3,7 @@
 Only the formula reader, the test whether a formula is zero, and python-flint are the same. What it accepts is true:
 
 1. The loop in coordinates ζ is the loop in x: T(T⁻¹(ζ)) = ζ, and the rates agree, as formulas.
+   Formulas cancel, so on every box T⁻¹, its slopes, every wire and every rate are shown to have a value as they stand.
 2. ζ* exists in its box, is the only equilibrium there, and no limit is met (Krawczyk's test).
 3. P is positive definite (the pivots of LDLᵀ in balls).
 4. The boxes of the tree cover {d : dᵀPd ≤ level}: they are the halves of a box that contains it.
@@ -18,7 +19,6 @@ anything between at its edge.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import sympy as sp
@@ -34,7 +34,6 @@ from ulna.certify.checker_arithmetic import (
     around,
     definite,
     dual,
-    dual_of_product,
     exactly,
     fraction,
     halves,
@@ -42,14 +41,12 @@ from ulna.certify.checker_arithmetic import (
     pivots,
     power_above,
     quadratic_of_inverse,
-    sum_of_slopes,
     vanishes,
 )
+from ulna.certify.checker_loop import LimitedLoop
 from ulna.symbolic.formulas import parse_formula
 
 BITS = 80
-SEGMENTS = 4
-"""Parts of the line over which the mean is taken: any number is valid, more are finer."""
 MOST_BOXES = 2_000_000
 DEEPER = 10
 """How often a box may be halved beyond the tree: the tree is a hint, not what is trusted."""
@@ -77,53 +74,6 @@ def check(certificate: Certificate) -> Verdict:
     return Verdict.refuted(claim, reason=reason) if reason else Verdict.proved(claim, boxes=certificate.tree.count("."))
 
 
-@dataclass(slots=True)
-class _Loop:
-    """ζ' = g + β (s − k), s = k within limits, as formulas."""
-
-    symbols: list[sp.Symbol]
-    closed: list[sp.Expr]
-    gains: list[list[sp.Expr]]
-    commands: list[sp.Expr]
-    lower: list[arb]
-    upper: list[arb]
-
-    def duals(self, point: Sequence[arb]) -> tuple[list[Dual], list[arb]]:
-        """The rates with their derivatives by every coordinate, and the commands."""
-        n = len(self.symbols)
-        known = {
-            s: Dual(v, [arb(1) if j == k else arb(0) for j in range(n)])
-            for k, (s, v) in enumerate(zip(self.symbols, point, strict=True))
-        }
-        shared: dict[sp.Expr, Dual] = {}
-        rates = [dual(e, known, shared) for e in self.closed]
-        commands = [dual(e, known, shared) for e in self.commands]
-        for j, k in enumerate(commands):
-            low, high = self.lower[j], self.upper[j]
-            if k.value > low and k.value < high:
-                continue
-            share = arb(-1) if k.value > high or k.value < low else arb(-0.5, 0.5)
-            beyond = Dual(k.value.max(low).min(high) - k.value, [share * each for each in k.slope])
-            pushed = [dual_of_product([dual(row[j], known, shared), beyond]) for row in self.gains]
-            rates = [
-                Dual(r.value + p.value, sum_of_slopes([r.slope, p.slope])) for r, p in zip(rates, pushed, strict=True)
-            ]
-        full = [Dual(r.value, r.slope or [arb(0)] * n) for r in rates]
-        return full, [k.value for k in commands]
-
-    def secant(self, point: Sequence[arb], offset: Sequence[arb]) -> list[list[arb]]:
-        """Every M with ζ' = M d, for ζ* in the point and d in the offset."""
-        n = len(self.symbols)
-        total = [[arb(0)] * n for _ in range(n)]
-        for part in range(SEGMENTS):
-            share = around(Fraction(2 * part + 1, 2 * SEGMENTS), Fraction(1, 2 * SEGMENTS))
-            rates, _ = self.duals([x + share * d for x, d in zip(point, offset, strict=True)])
-            for i, rate in enumerate(rates):
-                for j, slope in enumerate(rate.slope):
-                    total[i][j] += slope / SEGMENTS
-        return total
-
-
 class _Checker:
     """One certificate, its numbers read."""
 
@@ -133,11 +83,13 @@ class _Checker:
         self.given, self.n, self.k = given, len(given.coordinates), given.outer
         if not (0 < self.k <= self.n == len(given.states) == len(given.center) == len(given.P)):
             raise NotRightError("states, coordinates, center and P are not of one size")
-        names = [*given.states, *given.limited]
+        names = [*given.states, *(wire[0] for wire in given.wires if wire)]
         if len(set(names)) != len(names) or len(set(given.coordinates)) != self.n:
-            raise NotRightError("names of states and limited signals are not all different")
-        if not len(given.commands) == len(given.limited) == len(given.lower) == len(given.upper):
-            raise NotRightError("a limited signal has no formula or no limits")
+            raise NotRightError("names of states and wires are not all different")
+        if any(len(wire) != 2 for wire in given.wires) or not {*given.limited} <= {wire[0] for wire in given.wires}:
+            raise NotRightError("a limited signal is no wire")
+        if not len(given.limited) == len(given.lower) == len(given.upper):
+            raise NotRightError("a limited signal has no limits")
         self.loop = self._read(given.coordinates, given.closed, given.gains, given.moved_commands)
         self.still = self.loop
         if self.k < self.n:
@@ -161,13 +113,13 @@ class _Checker:
 
     def _read(
         self, names: Sequence[str], closed: Sequence[str], gains: Sequence[Sequence[str]], commands: Sequence[str]
-    ) -> _Loop:
+    ) -> LimitedLoop:
         known = {name: sp.Symbol(name, real=True) for name in names}
         if len(closed) != len(names) or len(gains) != len(names):
             raise NotRightError("a coordinate has no rate")
         if any(len(row) != len(self.given.limited) for row in gains) or len(commands) != len(self.given.limited):
             raise NotRightError("a limited signal has no gain or no formula")
-        return _Loop(
+        return LimitedLoop(
             symbols=list(known.values()),
             closed=[parse_formula(text, known, where="rate") for text in closed],
             gains=[[parse_formula(text, known, where="gain") for text in row] for row in gains],
@@ -193,12 +145,20 @@ class _Checker:
         """Where the loop in coordinates is not the loop in x."""
         given, z, s = self.given, self.loop.symbols, [sp.Symbol(n, real=True) for n in self.given.limited]
         own = {name: sp.Symbol(name, real=True) for name in given.states}
-        names = {**own, **dict(zip(given.limited, s, strict=True))}
         coordinates = {symbol.name: symbol for symbol in z}
         forward = [parse_formula(text, own, where="coordinate") for text in given.forward]
-        back = [parse_formula(text, coordinates, where="inverse") for text in given.inverse]
-        rates = [parse_formula(text, names, where="rate") for text in given.rates]
-        commands = [parse_formula(text, own, where="command") for text in given.commands]
+        self.back = back = [parse_formula(text, coordinates, where="inverse") for text in given.inverse]
+        names, meaning, found = dict(own), {}, {}
+        self.wires: list[tuple[sp.Symbol, sp.Expr]] = []
+        for name, text in given.wires:
+            symbol, formula = sp.Symbol(name, real=True), parse_formula(text, names, where="wire")
+            self.wires.append((symbol, formula))
+            names[name], whole = symbol, formula.xreplace(meaning)
+            meaning[symbol] = symbol if name in given.limited else whole
+            found[name] = whole
+        self.rates = [parse_formula(text, names, where="rate") for text in given.rates]
+        self.own = list(own.values())
+        rates, commands = [e.xreplace(meaning) for e in self.rates], [found[name] for name in given.limited]
         if not len(forward) == len(back) == len(rates) == self.n:
             return "coordinates or rates are missing"
         x = list(own.values())
@@ -329,7 +289,7 @@ class _Checker:
         while stack:
             part, depth = stack.pop()
             looked += 1
-            if self._beyond(part) or self._falls(point, part):
+            if self._beyond(part) or (self._defined(point, part) and self._falls(point, part)):
                 continue
             if depth >= DEEPER or looked > PARTS:
                 return False
@@ -350,6 +310,36 @@ class _Checker:
                 total += exactly(shadow[a][b]) * left * right
         return bool(total > exactly(self.level))
 
+    def _defined(self, point: list[arb], box: Box) -> bool:
+        """Whether T⁻¹, its slopes, every wire and every rate have a value on the box, as the formulas stand."""
+        offset = [around(*side) for side in box]
+        offset[self.k :] = self._errors(offset[: self.k]) or offset[self.k :]
+        units = [[arb(int(i == j)) for j in range(self.n)] for i in range(self.n)]
+        at = zip(self.loop.symbols, point, offset, units, strict=True)
+        known = {symbol: Dual(p + d, unit) for symbol, p, d, unit in at}
+        x = [dual(e, known, {}) for e in self.back]
+        if not all(v.is_finite() for each in x for v in (each.value, *each.slope)):
+            return False
+        values = {symbol: Dual(each.value, []) for symbol, each in zip(self.own, x, strict=True)}
+        limits = dict(zip(self.given.limited, zip(self.loop.lower, self.loop.upper, strict=True), strict=True))
+        for symbol, formula in self.wires:
+            value = dual(formula, values, {}).value
+            if not value.is_finite():
+                return False
+            low, high = limits.get(symbol.name, (value, value))
+            values[symbol] = Dual(value.max(low).min(high) if symbol.name in limits else value, [])
+        return all(dual(e, values, {}).value.is_finite() for e in self.rates)
+
+    def _errors(self, w: list[arb]) -> list[arb]:
+        """A box of the errors that the level allows beside states w; empty where there are none, or no errors left."""
+        k, n = self.k, self.n
+        push = [sum((self.P[i][j] * w[j] for j in range(k)), arb(0)) for i in range(k)]
+        left = exactly(self.level) - sum((w[i] * push[i] for i in range(k)), arb(0))
+        if k == n or left < 0:
+            return []
+        size, unit = arb(left.upper()).max(arb(0)).sqrt(), around(Fraction(0), Fraction(1))
+        return [unit * size * exactly(self.inverse[j][j]).sqrt() for j in range(k, n)]
+
     def _falls(self, point: list[arb], box: Box) -> bool:
         k, n, P = self.k, self.n, self.P
         w, m = [around(*side) for side in box[:k]], [exactly(side[0]) for side in box[:k]]
@@ -363,12 +353,9 @@ class _Checker:
             total += slope * around(Fraction(0), box[j][1])
         coupled: list[list[arb]] = []
         if k < n:
-            left = exactly(self.level) - sum((w[i] * push[i] for i in range(k)), arb(0))
-            if left < 0:
+            errors = self._errors(w)
+            if not errors:
                 return True
-            size = arb(left.upper()).max(arb(0)).sqrt()
-            unit = around(Fraction(0), Fraction(1))
-            errors = [unit * size * exactly(self.inverse[j][j]).sqrt() for j in range(k, n)]
             found, _ = self.loop.duals([p + d for p, d in zip(point, [*w, *errors], strict=True)])
             coupled = [[found[i].slope[j] for j in range(k, n)] for i in range(k)]
             c = [sum((coupled[i][j] * push[i] for i in range(k)), arb(0)) for j in range(n - k)]

@@ -45,12 +45,18 @@ def form_of(loop: Loop, limited: Limited) -> Form:
     Raises:
         CertifyError: a limited signal that enters otherwise than linearly.
     """
-    own = list(limited.symbols)
     found = _design_coordinates(loop, limited)
-    if found is not None:
-        made = _in_coordinates(limited, *found)
-        if made is not None:
-            return made
+    made = None if found is None else _in_coordinates(limited, *found)
+    return in_states(limited) if made is None else made
+
+
+def in_states(limited: Limited) -> Form:
+    """The loop in its own states.
+
+    Raises:
+        CertifyError: a limited signal that enters otherwise than linearly.
+    """
+    own = list(limited.symbols)
     made = _in_coordinates(limited, own, own, own)
     if made is None:
         raise CertifyError(
@@ -93,6 +99,7 @@ def without_errors(form: Form) -> Form:
     return replace(
         form,
         symbols=form.symbols[:k],
+        inverse=tuple(e.xreplace(gone) for e in form.inverse),
         closed=tuple(_short(e.xreplace(gone)) for e in form.closed[:k]),
         gains=sp.ImmutableDenseMatrix(form.gains[:k, :].xreplace(gone).applyfunc(_short)),
         commands=tuple(_short(e.xreplace(gone)) for e in form.commands),

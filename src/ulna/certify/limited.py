@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -24,14 +25,23 @@ SMOOTH = (
 class Limited:
     """A loop between its limits.
 
+    The wires and `raw` are the loop as it stands: substituted into each other, a singular law and the plant's factor
+    would cancel. `rates` and `commands` are the same substituted.
+
     Attributes:
-        name: of the loop. states: its states. rates: f in the states' symbols and in `limited`.
-        limited: a symbol for each limited signal. commands: k, what each would be without limits.
+        name: of the loop. states: its states.
+        wires: what runs between its parts, in order: symbol, and formula in states and earlier wires. The symbol of a
+            limited wire stands for the limited value wherever it is used.
+        raw: (n,) rates in states and wires.
+        rates: f in the states and the limited wires.
+        limited: symbols of the limited wires. commands: k, what each would be without limits, in the states.
         lower, upper: the limits.
     """
 
     name: str
     states: tuple[Signal, ...]
+    wires: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    raw: tuple[sp.Expr, ...]
     rates: tuple[sp.Expr, ...]
     limited: tuple[sp.Symbol, ...]
     commands: tuple[sp.Expr, ...]
@@ -42,11 +52,6 @@ class Limited:
     def symbols(self) -> tuple[sp.Symbol, ...]:
         """Of the states."""
         return tuple(s.symbol for s in self.states)
-
-    @property
-    def unlimited(self) -> sp.Matrix:
-        """The rates where no limit is met."""
-        return sp.Matrix(self.rates).xreplace(dict(zip(self.limited, self.commands, strict=True)))
 
 
 def limited_loop(loop: Loop, inputs: Mapping[str, Any]) -> Limited:
@@ -68,6 +73,10 @@ def limited_loop(loop: Loop, inputs: Mapping[str, Any]) -> Limited:
         )
     if loop.hardware is not None and loop.hardware.end_stops:
         raise CertifyError(f"a proof for the loop of '{loop.plant.name}'", "it has end stops.", "Leave them out.")
+    if loop.controller is None and loop.saturation:
+        raise CertifyError(
+            f"limits of '{loop.plant.name}'", "no controller commands what they limit.", "Give a controller."
+        )
     system = loop.system
     missing = [p.name for p in system.parameters if p.value is None]
     if missing:
@@ -90,31 +99,50 @@ def _opened(loop: Loop, system: System, held: Mapping[sp.Symbol, sp.Expr]) -> Li
     """The limited wires taken out of the closed loop; an observer reads the limited signal, as in a simulation."""
     limits = loop.saturation
     shown = dict(zip((s.name for s in system.outputs), system.readouts, strict=True))
+    formulas = {d.symbol: d.expression for d in system.definitions}
+    # An observer reads the input through a wire of its own, of the same formula.
     sources: dict[sp.Symbol, sp.Symbol] = {}
     for name in limits:
-        wire = next((d for d in system.definitions if d.symbol == shown.get(name)), None)
-        if wire is None:
+        wire = shown.get(name)
+        if wire not in formulas:
             raise CertifyError(f"the limit of '{name}'", "the closed loop has no wire of this name.")
-        symbol = sp.Symbol(f"limited_{name}", real=True)
-        sources |= {d.symbol: symbol for d in system.definitions if d.expression == wire.expression}
-    meaning, commands = dict(held), {}
-    for definition in system.definitions:
-        whole = definition.expression.xreplace(meaning)
-        if definition.symbol in sources:
-            commands.setdefault(sources[definition.symbol], whole)
-            whole = sources[definition.symbol]
-        meaning[definition.symbol] = whole
-    rates = tuple(e.xreplace(meaning) for e in system.rates)
-    _check_smooth(system.name, (*rates, *commands.values()))
+        sources |= dict.fromkeys((s for s, e in formulas.items() if e == formulas[wire]), wire)
+    wires: list[tuple[sp.Symbol, sp.Expr]] = []
+    for symbol, formula in formulas.items():
+        source = sources.get(symbol, symbol)
+        # The limited wire comes where the first of its copies stands.
+        if all(source != known for known, _ in wires):
+            wires.append((source, formula.xreplace(held)))
+        if symbol != source:
+            wires.append((symbol, source))
+    meaning, commands = {}, {}
+    for symbol, formula in wires:
+        whole = formula.xreplace(meaning)
+        if sources.get(symbol) == symbol:
+            commands[symbol] = whole
+            whole = symbol
+        meaning[symbol] = whole
+    if any(e.has(*commands) for e in commands.values()):
+        raise CertifyError(f"a proof for '{system.name}'", "one limited signal hangs on another one.")
+    raw = tuple(e.xreplace(held) for e in system.rates)
+    _check_smooth(system.name, (*raw, *(formula for _, formula in wires)))
+    by_name = {shown[name]: limit for name, limit in limits.items()}
     return Limited(
         name=system.name,
         states=system.states,
-        rates=rates,
+        wires=tuple(wires),
+        raw=raw,
+        rates=tuple(e.xreplace(meaning) for e in raw),
         limited=tuple(commands),
         commands=tuple(commands.values()),
-        lower=tuple(exact(each.lower) for each in limits.values()),
-        upper=tuple(exact(each.upper) for each in limits.values()),
+        lower=tuple(_bound(by_name[symbol].lower) for symbol in commands),
+        upper=tuple(_bound(by_name[symbol].upper) for symbol in commands),
     )
+
+
+def _bound(limit: float) -> sp.Expr:
+    """The limit, exact; for none at all one that no box here reaches, so that the proof is the same."""
+    return exact(limit) if math.isfinite(limit) else sp.Integer(10) ** 300 * (1 if limit > 0 else -1)
 
 
 def _check_smooth(name: str, expressions: tuple[sp.Expr, ...]) -> None:

@@ -12,10 +12,11 @@ import sympy as sp
 
 from ulna.base import Verdict
 from ulna.certify.balls import Slopes, slopes_of
+from ulna.certify.box import comes_back, inside
 from ulna.certify.certificate import THEOREM, Certificate
 from ulna.certify.claims import Claim, Region, StableWithin
 from ulna.certify.errors import CertifyError
-from ulna.certify.form import Form, form_of
+from ulna.certify.form import Form, form_of, in_states
 from ulna.certify.limited import Limited, limited_loop
 from ulna.certify.metrics import Candidate, candidates
 from ulna.certify.region import Attempt, attempt
@@ -59,6 +60,8 @@ def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, 
     limited = limited_loop(loop, inputs or {})
     _check_names(limited, claim)
     form = form_of(loop, limited)
+    if isinstance(claim, StableWithin) and not comes_back(form):
+        form = in_states(limited)
     slopes = slopes_of(form)
     near = _start(loop, form)
     found = rest(slopes, near)
@@ -78,6 +81,8 @@ def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, 
     for k, each in enumerate(tried[:_TRIED]):
         if isinstance(claim, StableWithin):
             level = _level_of(each.P, slopes, found, claim)
+            if not inside(form, found, each.P, level, {n: _exactly(v) for n, v in claim.box.items()}):
+                continue
             tried_level = attempt(slopes, found, each.P, level, boxes=BOXES, seconds=seconds / _TRIED)
             if tried_level.proved:
                 best = (each, level, tried_level)
@@ -133,7 +138,7 @@ def _without_equilibrium(slopes: Slopes, near: np.ndarray, text: str) -> Verdict
     if needed:
         own = slopes.form.limited
         limits = {
-            symbol.name.removeprefix("limited_"): (float(low), float(high))
+            symbol.name: (float(low), float(high))
             for symbol, low, high in zip(own.limited, own.lower, own.upper, strict=True)
         }
         return Verdict.refuted(text, needed=needed, limits={name: limits[name] for name in needed})
@@ -198,8 +203,8 @@ def _largest(slopes: Slopes, found: Rest, candidate: Candidate, seconds: float) 
             level = (low * high) ** 0.5
         else:
             high = level
-            level = (low * high) ** 0.5 if low is not None else level / 4
-        if low is None and level < candidate.limit * 1e-16:
+            level = (low * high) ** 0.5 if low is not None else level / 8
+        if low is None and level < candidate.limit * 1e-18:
             break
     return sp.Rational(float(low or 0.0)), best
 
@@ -274,8 +279,8 @@ def _proved(
         design=fingerprint(loop),
         theorem=THEOREM,
         states=tuple(s.name for s in limited.states),
-        rates=_texts(limited.rates),
-        commands=_texts(limited.commands),
+        wires=tuple((symbol.name, str(formula)) for symbol, formula in limited.wires),
+        rates=_texts(limited.raw),
         limited=tuple(s.name for s in limited.limited),
         lower=_texts(limited.lower),
         upper=_texts(limited.upper),

@@ -140,6 +140,11 @@ class Ellipsoid:
         places = range(self.outer, self.P.nrows())
         return [arb(0, 1) * size * ball(self._inverse[j, j]).sqrt() for j in places]
 
+    def with_errors(self, box: list[arb]) -> list[arb]:
+        """The box with all errors that the level allows beside its states."""
+        beside = self.errors_beside(box[: self.outer]) if self.outer < len(box) else None
+        return box if beside is None else [*box[: self.outer], *beside]
+
     def decay_inverse(self, slopes: Slopes, center: list[arb]) -> arb_mat:
         """S⁻¹ of the errors' part, which is linear."""
         if self._decay is None:
@@ -188,11 +193,13 @@ def power_above(square: sp.Rational) -> float:
 
 
 def falls(slopes: Slopes, center: list[arb], geometry: Ellipsoid, middle: np.ndarray, half: np.ndarray) -> bool:
-    """Whether V falls at every d ≠ 0 of the box: there itself, or as dᵀ(PM + MᵀP)d for any d."""
+    """Whether the loop is defined and V falls at every d ≠ 0 of the box: there, or as dᵀ(PM + MᵀP)d for any d."""
     box = geometry.balls(middle, half)
     outer = geometry.outer
-    if outer < len(middle):
-        if _falls_with_errors(slopes, center, geometry, middle, half):
+    if not slopes.domain.holds([c + d for c, d in zip(center, geometry.with_errors(box), strict=True)]):
+        return False
+    if slopes.still is not None:
+        if _falls_with_errors(slopes, slopes.still, center, geometry, (middle, half)):
             return True
     elif not geometry.whole and _falls_here(slopes, center, geometry, middle, half):
         return True
@@ -220,15 +227,15 @@ def _falls_here(slopes: Slopes, center: list[arb], geometry: Ellipsoid, middle: 
 
 
 def _falls_with_errors(
-    slopes: Slopes, center: list[arb], geometry: Ellipsoid, middle: np.ndarray, half: np.ndarray
+    slopes: Slopes, still: Slopes, center: list[arb], geometry: Ellipsoid, sides: tuple[np.ndarray, np.ndarray]
 ) -> bool:
     """The same for all errors e that the level allows beside the states w of the box; P is block diagonal.
 
     Half of V' is wᵀP₁ w'(w, 0) + cᵀe − eᵀSe/2 with c = (∂w'/∂e)ᵀ P₁ w and S = −(R A + AᵀR): at most the first term
     plus cᵀS⁻¹c/2.
     """
-    n, k, still = len(middle), geometry.outer, slopes.still
-    assert still is not None  # noqa: S101 - there are errors
+    middle, half = sides
+    n, k = len(middle), geometry.outer
     w = [arb(float(c), float(h)) for c, h in zip(middle[:k], half[:k], strict=True)]
     errors = geometry.errors_beside(w)
     if errors is None:
@@ -250,10 +257,9 @@ def _falls_with_errors(
 def _secant_with_errors(slopes: Slopes, center: list[arb], geometry: Ellipsoid, box: list[arb]) -> arb_mat:
     """M with ζ' = M d: for the states along the line without errors, then for the errors at these states."""
     n, k = len(box), geometry.outer
-    if k == n:
+    if slopes.still is None:
         return slopes.secant(center, box)
     errors = geometry.errors_beside(box[:k]) or box[k:]
-    assert slopes.still is not None  # noqa: S101 - there are errors
     still = slopes.still.secant(center[:k], box[:k])
     coupled = slopes.matrix([c + v for c, v in zip(center, [*box[:k], *errors], strict=True)])
     entries = [coupled[i, j] if j >= k else still[i, j] if i < k else arb(0) for i in range(n) for j in range(n)]

@@ -153,9 +153,5 @@ def holding(slopes: Slopes, near: np.ndarray) -> dict[str, float] | None:
     n, m = slopes.sizes
     commands = [float(v) for v in slopes.float_values(*x)[n : n + m]]
     bounds = zip(limited.limited, commands, limited.lower, limited.upper, strict=True)
-    needed = {
-        symbol.name.removeprefix("limited_"): command
-        for symbol, command, low, high in bounds
-        if not float(low) < command < float(high)
-    }
+    needed = {symbol.name: command for symbol, command, low, high in bounds if not float(low) < command < float(high)}
     return needed if needed and all(map(math.isfinite, needed.values())) else None

@@ -142,5 +142,5 @@ def _halves(text: str, option: str, example: str, *, missing: str = "") -> tuple
 
     first, colon, second = text.partition(":")
     if not first or (colon and not second) or (not colon and not missing):
-        raise DesignError(f"{option} '{text}'", "two lists divided by ':' are due.", f"Write {example}.")
+        raise DesignError(f"{option} '{text}'", "expected two lists separated by ':'.", f"Write {example}.")
     return number_list(first, option), number_list(second or missing, option)

@@ -119,7 +119,7 @@ def end_stops(plant: System, texts: Sequence[str]) -> tuple[EndStop, ...]:
 def _numbers(text: str, asked: str, counts: tuple[int, ...]) -> list[float]:
     parts = text.split(":")
     if len(parts) not in counts:
-        raise SimulationError(asked, f"{len(parts)} numbers, {' or '.join(map(str, counts))} are due.")
+        raise SimulationError(asked, f"{len(parts)} numbers, expected {' or '.join(map(str, counts))}.")
     return [number(part, asked) for part in parts]
 
 
@@ -168,6 +168,6 @@ def _drive(text: str) -> Pwm | None:
         return None
     parts, asked = text.split(":"), f"--pwm '{text}'"
     if len(parts) not in (2, 3) or parts[2:] not in ([], ["switched"]):
-        raise SimulationError(asked, "carrier and supply are due.", "Write 20e3:24 or 20e3:24:switched.")
+        raise SimulationError(asked, "expected carrier and supply.", "Write 20e3:24 or 20e3:24:switched.")
     frequency, supply = (number(part, asked) for part in parts[:2])
     return Pwm(frequency=frequency, supply=supply, switched=len(parts) == 3)

@@ -49,6 +49,8 @@ def prove(
     if hardware.sampled:
         found = "there is no theorem here yet for a loop on a processor."
         raise SimulationError("--period", found, "Leave it out: the proof is about the continuous loop.")
+    if out is not None and not out.absolute().parent.is_dir():
+        raise SimulationError(f"--out '{out}'", "its folder does not exist.", "Make it first.")
     system = plant_in_file(plant)
     with progress(f"designing for '{system.name}'"):
         asked = run_of(system, plant, run, design, hardware)

@@ -147,7 +147,7 @@ def named_values(entries: Iterable[str], option: str) -> Iterator[tuple[str, str
             name, equals, value = (piece.strip() for piece in part.partition("="))
             asked = f"{option} '{part}'"
             if not (name and equals and value):
-                raise SimulationError(asked, "a name and its value are due.", f'Write {option} "name=value".')
+                raise SimulationError(asked, "expected a name and its value.", f'Write {option} "name=value".')
             if name in seen:
                 raise SimulationError(asked, f"{name} stands twice.", "Give it once.")
             seen.add(name)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import json
 import math
 import os
 import shutil
@@ -16,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ulna.deploy.c import DESIGN
+from ulna.deploy.design_file import read_design
 from ulna.deploy.errors import DeployError
 from ulna.deploy.firmware import Firmware, firmware
 from ulna.loop import Loop
@@ -51,12 +50,11 @@ class Comparison:
         return self.first_difference is None
 
     def __str__(self) -> str:
-        if self.equal:
+        if self.commands is None:
             text = f"bit-equal to {self.against} in all {self.samples} samples"
             return (
                 text if self.largest == 0.0 else f"{text}; at most {self.largest:.3g} from the run in double precision"
             )
-        assert self.commands is not None  # noqa: S101 - there is a difference
         found, expected = (", ".join(f"{value!r}" for value in row) for row in self.commands)
         return f"sample {self.first_difference} differs from {self.against}: {found} instead of {expected}"
 
@@ -87,9 +85,9 @@ def compare(
         SimulationError, OptionalDependencyError: as `simulate`.
     """
     place = Path(folder)
-    written = _design(place)
-    precision = Precision(written["precision"])
-    made = firmware(loop, name=str(written["name"]), precision=precision, initial=_controller_part(loop, initial or {}))
+    written = read_design(place)
+    precision = written.precision
+    made = firmware(loop, name=written.name, precision=precision, initial=_controller_part(loop, initial or {}))
     if made.missed:
         raise DeployError("a comparison", "the loop has missed samples, which no record tells.", "Leave them out.")
     double = firmware(loop, precision=Precision.DOUBLE)
@@ -117,14 +115,6 @@ def compare(
         commands=None if first is None else (tuple(found[first].tolist()), tuple(expected[first].tolist())),
         largest=float(np.max(np.abs(found - simulated[: len(rows)]), initial=0.0)),
     )
-
-
-def _design(place: Path) -> dict[str, Any]:
-    try:
-        written = json.loads((place / DESIGN).read_text(encoding="utf-8"))
-        return {"name": written["name"], "precision": written["precision"]}
-    except (OSError, ValueError, KeyError, TypeError):
-        raise DeployError(f"the folder '{place}'", f"it has no {DESIGN} that ulna wrote.", "Export it anew.") from None
 
 
 def _controller_part(loop: Loop, initial: Mapping[str, float]) -> dict[str, float]:

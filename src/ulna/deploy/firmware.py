@@ -15,6 +15,9 @@ from ulna.loop import Amplifier, Hardware, Loop, fingerprint
 from ulna.program import Fused, Kernel, Plain, Precision, bound, restricted, to_numpy
 from ulna.system import Signal
 
+SHORTEST = 1e-7
+"""s of a period."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Port:
@@ -60,8 +63,7 @@ class Firmware:
     @property
     def hardware(self) -> Hardware:
         """Of the loop; it has a period."""
-        assert self.loop.hardware is not None  # noqa: S101 - `firmware` refuses a loop without
-        return self.loop.hardware
+        return self.loop.fit({}).hardware
 
     def run(self, rows: np.ndarray) -> np.ndarray:
         """(N, outputs) of the step over N samples, in NumPy: the answer the C has to give, to the last bit.
@@ -106,17 +108,16 @@ def firmware(
         DeployError: a loop without controller or period, names that clash in C, an unknown name in `initial`.
         SimulationError: a parameter of the controller without a value.
     """
-    if loop.controller is None or not loop.sampled:
+    hardware = loop.hardware
+    if loop.controller is None or hardware is None or not hardware.sampled:
         missing = "no controller" if loop.controller is None else "no processor: Hardware(period=...) is missing"
         raise DeployError(
             f"firmware of the loop of '{loop.plant.name}'",
             f"it has {missing}.",
             "Give Loop(plant=..., controller=..., hardware=Hardware(period=1e-3)).",
         )
-    assert loop.hardware is not None  # noqa: S101 - it is sampled
-    kind = Fused if loop.hardware.arithmetic.fuses else Plain
-    hardware = replace(loop.hardware, arithmetic=kind(precision=precision))
-    loop = Loop(plant=loop.plant, controller=loop.controller, hardware=hardware)
+    loop = in_precision(loop, precision)
+    _check_period(hardware.period or 0.0)
     step, wiring = loop.step, loop.wiring
     commands = tuple(f"h{k}_0" for k in range(len(wiring.driven)))
     estimates = tuple(f"e{k}" for k in range(len(wiring.estimates)))
@@ -129,7 +130,7 @@ def firmware(
     kernel = bound(restricted(whole, wanted), fixed, precision=precision)
     kernel, memory = _without_idle(kernel, memory)
     return Firmware(
-        name=_library_name(name or loop.plant.name),
+        name=_library_name(name, loop.plant.name),
         loop=loop,
         precision=precision,
         kernel=kernel,
@@ -147,6 +148,21 @@ def firmware(
     )
 
 
+def in_precision(loop: Loop, precision: Precision) -> Loop:
+    """The loop with a processor that computes in this precision."""
+    if loop.hardware is None:
+        return loop
+    kind = Fused if loop.hardware.arithmetic.fuses else Plain
+    hardware = replace(loop.hardware, arithmetic=kind(precision=precision))
+    return Loop(plant=loop.plant, controller=loop.controller, hardware=hardware)
+
+
+def _check_period(period: float) -> None:
+    if period < SHORTEST:
+        found = f"{period:g} s are fewer than {SHORTEST:g} s, shorter than a step takes on any processor."
+        raise DeployError(f"firmware with a period of {period:g} s", found, "Give the period in seconds.")
+
+
 def _without_idle(kernel: Kernel, memory: list[str]) -> tuple[Kernel, list[str]]:
     """The kernel without memory that nothing reads."""
     while True:
@@ -162,8 +178,11 @@ def _without_idle(kernel: Kernel, memory: list[str]) -> tuple[Kernel, list[str]]
         kernel = bound(restricted(kernel, kept), dict.fromkeys(idle, 0.0))
 
 
-def _library_name(name: str) -> str:
-    return c_name(name).lower()
+def _library_name(given: str, plant: str) -> str:
+    """The name that was asked for, else one made of the plant's."""
+    if given and c_name(given) != given:
+        raise DeployError(f"library '{given}'", "this cannot be a name in C.", f"Write '{c_name(given)}', say.")
+    return given or c_name(plant).lower()
 
 
 def _ports(stem: str, signals: tuple[Signal, ...], *, taken: list[str] | tuple[str, ...]) -> tuple[Port, ...]:

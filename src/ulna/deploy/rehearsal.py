@@ -10,7 +10,7 @@ import numpy as np
 
 from ulna.deploy.errors import DeployError
 from ulna.deploy.firmware import Firmware
-from ulna.loop import Loop, Program, Repeat, applied
+from ulna.loop import Loop, applied, unrolled
 from ulna.program import Kernel, to_python
 from ulna.system import given_point
 
@@ -65,7 +65,7 @@ class _Run:
         self.outputs = _compiled((flow.outputs,))
         self.measured = len(loop.wiring.measured)
         self.work = _compiled((*step.stages, applied(fitted)))
-        self.motion = _compiled(_flat(flow.motion, self.numbers))
+        self.motion = _compiled(unrolled(flow.motion, self.numbers))
         self.period, self.count = fitted.period, 0
 
     def sample(self, references: Mapping[str, float]) -> dict[str, float]:
@@ -96,14 +96,3 @@ def _evaluated(kernel: Kernel, known: Mapping[str, float]) -> dict[str, float]:
 def _compiled(kernels: tuple[Kernel, ...] | list[Kernel]) -> list[tuple[Kernel, Any]]:
     made = {id(each): to_python(each) for each in kernels}
     return [(each, made[id(each)]) for each in kernels]
-
-
-def _flat(program: Program, numbers: Mapping[str, float]) -> list[Kernel]:
-    found: list[Kernel] = []
-    for each in program:
-        if isinstance(each, Repeat):
-            times = int(numbers[each.times]) if isinstance(each.times, str) else each.times
-            found += _flat(each.body, numbers) * times
-        else:
-            found.append(each)
-    return found

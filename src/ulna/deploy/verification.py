@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
-from dataclasses import replace
 from pathlib import Path
 
 from ulna.base import Verdict
-from ulna.deploy.c import DESIGN
-from ulna.deploy.errors import DeployError
+from ulna.deploy.design_file import read_design
+from ulna.deploy.firmware import in_precision
 from ulna.loop import Loop, fingerprint
-from ulna.program import Fused, Plain, Precision
 
 
 def verify(folder: str | os.PathLike[str], loop: Loop | None = None) -> Verdict:
@@ -28,33 +25,19 @@ def verify(folder: str | os.PathLike[str], loop: Loop | None = None) -> Verdict:
         DeployError: a folder that `c_project` did not write.
     """
     place = Path(folder)
-    try:
-        written = json.loads((place / DESIGN).read_text(encoding="utf-8"))
-        files, precision = dict(written["files"]), Precision(written["precision"])
-        name, design = str(written["name"]), str(written["design"])
-    except OSError as error:
-        raise DeployError(f"the folder '{place}'", f"its {DESIGN} cannot be read ({error.strerror}).") from None
-    except (ValueError, KeyError, TypeError):
-        raise DeployError(f"the folder '{place}'", f"its {DESIGN} is not one that ulna wrote.") from None
+    written = read_design(place)
     changed, missing = [], []
-    for path, expected in files.items():
+    for path, expected in written.files.items():
         try:
             found = hashlib.sha256((place / path).read_bytes()).hexdigest()
         except OSError:
             missing.append(path)
         else:
             changed += [path] if found != expected else []
-    now = None if loop is None else fingerprint(_in_precision(loop, precision))
-    claim = f"the folder '{place}' is '{name}' of design {design}" + ("" if loop is None else ", as it is now")
-    good = not changed and not missing and now in (None, design)
-    evidence = {"changed": tuple(changed), "missing": tuple(missing), "design": design, "design_now": now}
+    now = None if loop is None else fingerprint(in_precision(loop, written.precision))
+    claim = f"the folder '{place}' is '{written.name}' of design {written.design}" + (
+        "" if loop is None else ", as it is now"
+    )
+    good = not changed and not missing and now in (None, written.design)
+    evidence = {"changed": tuple(changed), "missing": tuple(missing), "design": written.design, "design_now": now}
     return Verdict.proved(claim, **evidence) if good else Verdict.refuted(claim, **evidence)
-
-
-def _in_precision(loop: Loop, precision: Precision) -> Loop:
-    """The loop as `firmware` takes it."""
-    if loop.hardware is None:
-        return loop
-    kind = Fused if loop.hardware.arithmetic.fuses else Plain
-    hardware = replace(loop.hardware, arithmetic=kind(precision=precision))
-    return Loop(plant=loop.plant, controller=loop.controller, hardware=hardware)

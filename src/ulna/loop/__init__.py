@@ -6,7 +6,7 @@ from ulna.loop.discretisation import Discretisation, Euler, ExactHold, RungeKutt
 from ulna.loop.drive import Amplifier, Pwm
 from ulna.loop.fingerprint import fingerprint
 from ulna.loop.fitted import TINY, Fitted, parameters_of
-from ulna.loop.flow import Flow, Program, Repeat, Steps
+from ulna.loop.flow import Flow, Program, Repeat, Steps, unrolled
 from ulna.loop.guard import Guard
 from ulna.loop.hardware import Hardware
 from ulna.loop.limits import ConditionalIntegration, EndStop, Saturation, SlewLimit
@@ -49,4 +49,5 @@ __all__ = [
     "joined",
     "parameters_of",
     "parts_of",
+    "unrolled",
 ]

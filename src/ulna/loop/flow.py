@@ -32,6 +32,14 @@ Program = tuple[Kernel | Repeat, ...]
 """Kernels and repetitions of them, one after the other."""
 
 
+def unrolled(program: Program, numbers: Mapping[str, float]) -> list[Kernel]:
+    """The kernels one after the other, repetitions written out as often as the numbers say."""
+    found: list[Kernel] = []
+    for each in program:
+        found += unrolled(each.body, numbers) * int(numbers[each.times]) if isinstance(each, Repeat) else [each]
+    return found
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Steps:
     """Explicit Runge-Kutta steps of the plant for each stretch of constant input.

@@ -47,7 +47,8 @@ def _require(
     if found is not None and found != due:
         raise UnitError(
             where,
-            f"{formula(expression)} has dimension {dimension_text(found)}; {due_unit} ({dimension_text(due)}) is due.",
+            f"{formula(expression)} has dimension {dimension_text(found)}; "
+            f"expected {due_unit} ({dimension_text(due)}).",
             "Check the formula or the units.",
         )
 
@@ -81,7 +82,7 @@ def _dimension(expression: sp.Expr, known: Mapping[sp.Symbol, Dimension], where:
                 raise UnitError(
                     where,
                     f"{formula(expression)} takes {formula(argument)}, of dimension {dimension_text(inner)}, "
-                    "where a pure number or an angle is due.",
+                    "where a pure number or an angle is expected.",
                     "Divide it by a reference quantity.",
                 )
     return _ONE

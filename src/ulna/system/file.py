@@ -11,7 +11,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from ulna.base import PlantError, whole_file
+from ulna.base import PlantError, text_of_file, whole_file
 from ulna.system.holder import SystemLike
 from ulna.system.schema import system_from_mapping, system_to_mapping
 from ulna.system.system import System
@@ -30,19 +30,12 @@ def read_system(path: str | os.PathLike[str]) -> System:
     """
     place = Path(path)
     try:
-        if place.exists() and not place.is_file():
-            raise PlantError(f"plant file '{place}'", "this is no file but a folder, a pipe or a device.")
-        if place.stat().st_size > LARGEST_FILE:
-            found = f"it is larger than {LARGEST_FILE // 1_000_000} MB."
-            raise PlantError(f"plant file '{place}'", found, "Is it a plant?")
-        # Some editors put a byte order mark in front.
-        text = place.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a UTF-8 text"
-        raise PlantError(f"plant file '{place}'", f"it cannot be read ({reason}).", "Check the path.") from None
+        text = text_of_file(place, most=LARGEST_FILE)
+    except ValueError as error:
+        raise PlantError(f"plant file '{place}'", f"{error}.", "Check the path.") from None
     data = _read(text, place)
     if not isinstance(data, dict):
-        raise PlantError(f"plant file '{place}'", "a JSON object is due at the top.")
+        raise PlantError(f"plant file '{place}'", "expected a JSON object at the top.")
     return system_from_mapping(data, where=str(place))
 
 

@@ -114,13 +114,15 @@ def _check_shape(data: Mapping[str, Any], where: str) -> None:
             raise PlantError(where, f"unknown key '{key}'.", f"Known: {', '.join((*_TOP, *_SECTIONS))}.")
     for section in _SECTIONS:
         if not isinstance(data.get(section, {}), Mapping):
-            raise PlantError(f"[{section}] in {where}", "a table is due.", f"Write [{section}] and one line per entry.")
+            raise PlantError(
+                f"[{section}] in {where}", "expected a table.", f"Write [{section}] and one line per entry."
+            )
     for section, keys in _KEYS.items():
         for name, entry in data.get(section, {}).items():
             if len(name) > _LONGEST:
                 raise PlantError(f"{section} '{name[:20]}…' in {where}", f"its name has {len(name)} letters.")
             if section == "inputs" and not isinstance(entry, Mapping):
-                found = f"a table is due, {_shown(entry)} was found."
+                found = f"expected a table, found {_shown(entry)}."
                 raise PlantError(f"{section} '{name}' in {where}", found, f'Write {name} = {{ unit = "V" }}, say.')
             for key in entry if isinstance(entry, Mapping) else ():
                 if key not in keys:

@@ -15,6 +15,7 @@ from flint import arb, fmpq
 from ulna.base import UlnaError
 from ulna.program.instructions import Operation
 from ulna.program.kernel import Kernel
+from ulna.program.lowering.operators import OPERATORS
 
 BITS = 200
 """A working precision that outlasts the cancellation in Lie derivatives of plants."""
@@ -144,12 +145,7 @@ def _select(condition: arb, yes: arb, no: arb) -> arb:
 
 
 FUNCTIONS: Mapping[Operation, Callable[..., Any]] = {
-    Operation.ADD: lambda a, b: a + b,
-    Operation.SUB: lambda a, b: a - b,
-    Operation.MUL: lambda a, b: a * b,
-    Operation.DIV: lambda a, b: a / b,
-    Operation.NEG: lambda a: -a,
-    Operation.POW: lambda a, b: a**b,
+    **OPERATORS,
     Operation.SQRT: arb.sqrt,
     Operation.EXP: arb.exp,
     Operation.LOG: arb.log,

@@ -9,14 +9,10 @@ import casadi as ca
 
 from ulna.program.instructions import Operation
 from ulna.program.kernel import Kernel
+from ulna.program.lowering.operators import OPERATORS
 
 _FUNCTIONS: Mapping[Operation, Callable[..., Any]] = {
-    Operation.ADD: lambda a, b: a + b,
-    Operation.SUB: lambda a, b: a - b,
-    Operation.MUL: lambda a, b: a * b,
-    Operation.DIV: lambda a, b: a / b,
-    Operation.NEG: lambda a: -a,
-    Operation.POW: lambda a, b: a**b,
+    **OPERATORS,
     Operation.SQRT: ca.sqrt,
     Operation.EXP: ca.exp,
     Operation.LOG: ca.log,

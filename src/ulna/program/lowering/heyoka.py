@@ -10,6 +10,7 @@ import heyoka as hy
 from ulna.base import SimulationError
 from ulna.program.instructions import Operation
 from ulna.program.kernel import Kernel
+from ulna.program.lowering.operators import OPERATORS
 
 # Its warnings and errors go to standard output, amid what a program prints; outcomes tell of them.
 hy.set_logger_level_critical()
@@ -29,12 +30,7 @@ def _sign(a: Any) -> Any:
 
 
 _FUNCTIONS: Mapping[Operation, Callable[..., Any]] = {
-    Operation.ADD: lambda a, b: a + b,
-    Operation.SUB: lambda a, b: a - b,
-    Operation.MUL: lambda a, b: a * b,
-    Operation.DIV: lambda a, b: a / b,
-    Operation.NEG: lambda a: -a,
-    Operation.POW: lambda a, b: a**b,
+    **OPERATORS,
     Operation.SQRT: hy.sqrt,
     Operation.EXP: hy.exp,
     Operation.LOG: hy.log,

@@ -75,9 +75,9 @@ def compare_law(
             return found(
                 Finding.MISPRINT, "it is a column where a row is meant: the transpose stands at the wrong place"
             )
-        return found(Finding.MISPRINT, f"it has {_shape(printed)} where {_shape(exact)} are due")
+        return found(Finding.MISPRINT, f"it has {_shape(printed)} where {_shape(exact)} were expected")
     if isinstance(exact, sp.MatrixBase) or isinstance(printed, sp.MatrixBase):
-        return found(Finding.MISPRINT, "a matrix stands where a number is due, or the other way round")
+        return found(Finding.MISPRINT, "a matrix stands where a number was expected, or the other way round")
     if compare_formula(printed, exact).finding is Finding.AGREES:
         return found(Finding.STATEMENT, meaning)
     return found(Finding.MISPRINT, "it does not hold")

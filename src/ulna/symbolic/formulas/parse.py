@@ -92,7 +92,7 @@ def parse_formula(text: str, names: Mapping[str, sp.Expr], *, where: str = "form
         FormulaError: for syntax, unknown names or functions, attributes, and powers too large to compute.
     """
     if not isinstance(text, str):
-        raise FormulaError(where, f"a text is due, {type(text).__name__} {text!r} was found.", "Put it in quotes.")
+        raise FormulaError(where, f"expected a text, found {type(text).__name__} {text!r}.", "Put it in quotes.")
     held = _Placeholders(values={})
     safe = _safe_words(text, names, where, held)
     try:
@@ -239,7 +239,7 @@ def _check_arguments(head: str, arguments: Sequence[Any], where: str) -> None:
                 if isinstance(each, Boolean)
                 else "a number stands where a comparison"
             )
-            raise FormulaError(where, f"{due} is due.", "Write Piecewise((value, x < 1), (other, True)).")
+            raise FormulaError(where, f"{due} is expected.", "Write Piecewise((value, x < 1), (other, True)).")
         if each in _INFINITE:
             raise FormulaError(where, f"an argument of {head} divides by zero or is the logarithm of zero.")
 
