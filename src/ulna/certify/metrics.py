@@ -13,6 +13,8 @@ from ulna.certify.region import rational
 from ulna.certify.rest import Rest
 
 DIRECTIONS, RADII, SEED = 1000, np.geomspace(1e-7, 1e5, 500), 0
+MARGIN = 0.02
+"""Part of the linear decay rate at which V must fall at samples: where it only just falls the proof takes long."""
 TRIALS, STARTS, KEPT = 150, 12, 3
 FARTHEST = 1e3
 """Sizes of a coordinate to which an ellipsoid is followed."""
@@ -50,14 +52,15 @@ def candidates(slopes: Slopes, found: Rest, sizes: np.ndarray) -> list[Candidate
     groups = _errors(slopes)
     best: list[Candidate] = []
     center, spread = np.zeros(len(matrix) + 1), 3.0
+    starts = STARTS if groups.any() else 1
     for trial in range(TRIALS):
         step = spread * random.normal(size=len(center))
         if trial % 2 and groups.any():
             step[:-1] = np.where(groups, step[0], 0.0)
-        if trial < STARTS:
+        if trial < starts:
             # First how much an error weighs against a state.
             step = np.where([*groups, False], 3.0 * trial, 0.0)
-        point = center * (trial >= STARTS) + step
+        point = center * (trial >= starts) + step
         made = _candidate(slopes, found, matrix, (sizes, point, decay), directions)
         if made is None:
             continue
@@ -97,7 +100,7 @@ def _candidate(
     numbers = np.array(P.tolist(), dtype=float)
     if np.linalg.eigvalsh(numbers)[0] <= 0:
         return None
-    limit = sampled_limit(slopes, found, numbers, directions)
+    limit = sampled_limit(slopes, found, (numbers, MARGIN * decay), directions)
     if limit == 0.0:
         return None
     # Farther out nobody asks, and among forms whose level has no end the roundest is wanted.
@@ -110,29 +113,31 @@ def _candidate(
     return Candidate(P=P, limit=limit, volume=float(volume))
 
 
-def sampled_limit(slopes: Slopes, found: Rest, P: np.ndarray, directions: np.ndarray) -> float:
-    """The smallest of many sampled levels at which V does not fall; the largest one where it falls at all.
+def sampled_limit(slopes: Slopes, found: Rest, form: tuple[np.ndarray, float], directions: np.ndarray) -> float:
+    """The largest sampled level up to which V falls fast enough; 0 where it does not near the equilibrium.
 
     Args:
-        slopes, found: the loop and its equilibrium. P: (n, n). directions: (n, N) on the unit sphere.
+        slopes, found: the loop and its equilibrium. form: P (n, n), and the rate r of V' < −2 r V.
+        directions: (n, N) on the unit sphere.
     """
-    directions = np.linalg.inv(np.linalg.cholesky(P)).T @ directions
+    directions = np.linalg.inv(np.linalg.cholesky(form[0])).T @ directions
     low, high = 0, len(RADII)
     # V falls near the equilibrium, so the first radius where it does not is found by halving, to within the samples.
     while low < high:
         between = (low + high) // 2
-        if _falls(slopes, found, P, directions * RADII[between]):
+        if _falls(slopes, found, form, directions * RADII[between]):
             low = between + 1
         else:
             high = between
     return float(RADII[low - 1] ** 2) if low else 0.0
 
 
-def _falls(slopes: Slopes, found: Rest, P: np.ndarray, offsets: np.ndarray) -> bool:
+def _falls(slopes: Slopes, found: Rest, form: tuple[np.ndarray, float], offsets: np.ndarray) -> bool:
+    P, rate = form
     if slopes.still is not None:
         return _falls_with_errors(slopes, slopes.still, found, (P, offsets))
     rates = slopes.limited_rates(found.numbers[:, None] + offsets)
-    change = np.einsum("ij,ij->j", offsets, P @ rates)
+    change = np.einsum("ij,ij->j", offsets, P @ (rates + rate * offsets))
     return bool(np.isfinite(change).all() and (change < 0).all())
 
 
