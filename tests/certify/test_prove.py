@@ -93,6 +93,7 @@ SPOILED: dict[str, Any] = {
     "box": lambda _: {"box": {"q": "9"}},
     "theorem": lambda _: {"theorem": "another one"},
     "radius": lambda _: {"radius": "0"},
+    "level below 0": lambda _: {"level": "-1"},
     "inverse": lambda c: {"inverse": (f"2*({c.inverse[0]})", *c.inverse[1:])},
 }
 
@@ -118,6 +119,19 @@ def test_a_box_beyond_what_the_limit_can_hold_is_refuted_by_a_run() -> None:
     assert found.fails
     assert abs(found.evidence["start"]["x"]) == 1.5
     assert abs(found.evidence["end"]["x"]) > 10
+
+
+def test_a_run_that_is_only_slow_refutes_nothing() -> None:
+    """x' = u with |u| ≤ 1 converges from everywhere, but from far off it takes long."""
+    loop = _scalar("-3*x", rate="u")
+    assert prove(loop, StableWithin(box={"x": 1000.0}), seconds=2).status is not Status.REFUTED
+
+
+def test_a_run_that_rests_elsewhere_refutes() -> None:
+    """x' = −x + x³/4 + 0·u rests at ±2, too."""
+    found = prove(_scalar("0*x", rate="-x + x**3/4 + u"), StableWithin(box={"x": 2.0}), seconds=2)
+    assert found.fails
+    assert abs(found.evidence["end"]["x"]) == pytest.approx(2.0)
 
 
 def test_a_box_within_is_proved() -> None:

@@ -323,9 +323,8 @@ class _Checker:
         values = {symbol: Dual(each.value, []) for symbol, each in zip(self.own, x, strict=True)}
         limits = dict(zip(self.given.limited, zip(self.loop.lower, self.loop.upper, strict=True), strict=True))
         for symbol, formula in self.wires:
+            # A value that is missing is handed on: a limit does not hide it.
             value = dual(formula, values, {}).value
-            if not value.is_finite():
-                return False
             low, high = limits.get(symbol.name, (value, value))
             values[symbol] = Dual(value.max(low).min(high) if symbol.name in limits else value, [])
         return all(dual(e, values, {}).value.is_finite() for e in self.rates)

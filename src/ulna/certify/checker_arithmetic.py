@@ -92,7 +92,7 @@ def inverse(matrix: list[list[Fraction]]) -> list[list[Fraction]]:
     for k in range(n):
         pivot = next((i for i in range(k, n) if rows[i][k] != 0), None)
         if pivot is None:
-            raise NotRightError("P is singular")
+            raise NotRightError("P, or the slope at the equilibrium, is singular")
         rows[k], rows[pivot] = rows[pivot], rows[k]
         rows[k] = [value / rows[k][k] for value in rows[k]]
         for i in range(n):

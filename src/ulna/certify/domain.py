@@ -43,9 +43,8 @@ class Domain:
             return False
         known = list(found[: self._states])
         for symbol, step in zip(self._wires, self._steps, strict=True):
+            # A value that is missing is handed on: a limit does not hide it.
             (value,) = step(*known)
-            if not value.is_finite():
-                return False
             if symbol in self._limits:
                 low, high = (arb(int(each.p)) / int(each.q) for each in map(sp.Rational, self._limits[symbol]))
                 value = value.max(low).min(high)

@@ -38,9 +38,9 @@ _TRIED = 3
 def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, seconds: float = PATIENCE) -> Verdict:
     """Whether a claim about a continuous loop within its limits is true, proved in exact and ball arithmetic.
 
-    The theorem: V = (x − x*)ᵀ P (x − x*) with P from a Lyapunov equation. The rates are M(d) d for d = x − x*; branch
-    and bound shows PM + MᵀP < 0 for every d in a level set of V, limits of the inputs included. So V falls
-    exponentially there, and every run that starts in the level set stays in it and converges.
+    The theorem: V = (ζ − ζ*)ᵀ P (ζ − ζ*) with P from a Lyapunov equation, in coordinates ζ in which the loop is most
+    nearly linear. Branch and bound shows that the loop is defined and V falls in one of its level sets, limits of the
+    inputs included. So every run that starts in the level set stays in it and converges. docs/proof.md says more.
 
     Args:
         loop: without a processor; its saturation counts. claim: `Region()` or `StableWithin(box={...})`.
@@ -76,27 +76,44 @@ def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, 
     tried = candidates(slopes, found, sizes)
     if not tried:
         return Verdict.undecided(text, reason="the linearisation is not asymptotically stable")
-    best: tuple[Candidate, sp.Rational, Attempt] | None = None
-    least: dict[str, Any] = {}
-    for k, each in enumerate(tried[:_TRIED]):
-        if isinstance(claim, StableWithin):
-            level = _level_of(each.P, slopes, found, claim)
-            if not inside(form, found, each.P, level, {n: _exactly(v) for n, v in claim.box.items()}):
-                continue
-            tried_level = attempt(slopes, found, each.P, level, boxes=BOXES, seconds=seconds / _TRIED)
-            if tried_level.proved:
-                best = (each, level, tried_level)
-                break
-            least = _stuck(form, tried_level)
-            continue
-        share = seconds * (0.5 if k == 0 else 0.25)
-        level, done = _largest(slopes, found, each, share)
-        if done is not None and (best is None or _volume(each.P, level) > _volume(best[0].P, best[1])):
-            best = (each, level, done)
+    if isinstance(claim, StableWithin):
+        best, least = _within(slopes, found, claim, tried[:_TRIED], seconds)
+    else:
+        best, least = _widest(slopes, found, tried[:_TRIED], seconds), {}
     spent = time.thread_time() - began
     if best is None:
         return _open(slopes, found, claim, text, {**least, "seconds": round(spent, 2)})
     return _proved(loop, slopes, found, claim, text, best)
+
+
+_Best = tuple[Candidate, sp.Rational, Attempt]
+"""A form, a level, and what shows that V falls there."""
+
+
+def _within(
+    slopes: Slopes, found: Rest, claim: StableWithin, tried: list[Candidate], seconds: float
+) -> tuple[_Best | None, dict[str, Any]]:
+    """The first form with a level set that holds the box and is proved; where the last one stuck."""
+    least: dict[str, Any] = {}
+    sides = {name: _exactly(size) for name, size in claim.box.items()}
+    for each in tried:
+        level = _level_of(each.P, slopes, found, claim)
+        if inside(slopes.form, found, each.P, level, sides):
+            done = attempt(slopes, found, each.P, level, boxes=BOXES, seconds=seconds / len(tried))
+            if done.proved:
+                return (each, level, done), {}
+            least = _stuck(slopes.form, done)
+    return None, least
+
+
+def _widest(slopes: Slopes, found: Rest, tried: list[Candidate], seconds: float) -> _Best | None:
+    """The form and level of the largest ellipsoid that is proved; half of the time is the first form's."""
+    best: _Best | None = None
+    for k, each in enumerate(tried):
+        level, done = _largest(slopes, found, each, seconds * (0.5 if k == 0 else 0.5 / (len(tried) - 1)))
+        if done is not None and (best is None or _volume(each.P, level) > _volume(best[0].P, best[1])):
+            best = (each, level, done)
+    return best
 
 
 def _text(limited: Limited, claim: Claim) -> str:
@@ -236,7 +253,10 @@ def _open(slopes: Slopes, found: Rest, claim: Claim, text: str, evidence: dict[s
 def _run_away(
     slopes: Slopes, found: Rest, claim: StableWithin
 ) -> tuple[dict[str, float], dict[str, float], float] | None:
-    """A corner of the box, where its run is after long, and when: far off still. By SciPy's LSODA, to 1e-9."""
+    """A corner of the box, where its run is after long, and when: ten times farther off, or at rest elsewhere.
+
+    One that is on its way still says nothing. By SciPy's LSODA, to 1e-9.
+    """
     from scipy.integrate import solve_ivp
 
     form = slopes.form
@@ -256,8 +276,9 @@ def _run_away(
             atol=1e-12,
         )
         last = _moved(form, run.y[:, -1:], back=True)[:, 0]
-        off = np.abs(last - rest) / (1.0 + np.abs(rest))
-        if not np.isfinite(off).all() or off.max() > 1e-2:
+        way, off = np.abs(start - rest).max(), np.abs(last - rest).max()
+        speed = np.abs(slopes.limited_rates(run.y[:, -1:])[:, 0]) / (1.0 + np.abs(run.y[:, -1]))
+        if not np.isfinite(off) or off > 10.0 * way or (off > 0.01 * way and speed.max() < 1e-9 * slowest):
             end = dict(zip(names, last.tolist(), strict=True))
             return dict(zip(names, start.tolist(), strict=True)), end, float(run.t[-1])
     return None
@@ -269,7 +290,7 @@ def _proved(
     found: Rest,
     claim: Claim,
     text: str,
-    best: tuple[Candidate, sp.Rational, Attempt],
+    best: _Best,
 ) -> Verdict:
     candidate, level, done = best
     form, limited = slopes.form, slopes.form.limited
