@@ -130,6 +130,12 @@ def test_an_error_of_the_largest_coupling_that_falls_is_right() -> None:
     _refused("V is not proved to fall", **_with_error(rates=("-w + 21/10*e", "-e")))
 
 
+@pytest.mark.parametrize(("level", "right"), [("1/100", True), ("1", False)])
+def test_a_coupling_that_grows_with_the_state_counts_away_from_the_equilibrium(level: str, right: bool) -> None:
+    """w' = −w + 8 w² e: at w = e = 0.7 half of V' is 0.9."""
+    assert check(_certificate(**_with_error(rates=("-w + 8*w**2*e", "-e"), level=level))).holds is right
+
+
 @pytest.mark.parametrize("function", SMOOTH)
 def test_values_and_derivatives_are_those_of_the_functions(function: Any) -> None:
     x = sp.Symbol("x", real=True)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
+from flint import arb
 
 from ulna.certify import Region, prove
 from ulna.certify.balls import slopes_of
 from ulna.certify.box import comes_back, inside
+from ulna.certify.domain import Domain
 from ulna.certify.form import form_of, in_states
 from ulna.certify.limited import limited_loop
 from ulna.certify.rest import rest
@@ -44,6 +48,23 @@ def test_a_box_lies_inside_a_level_or_not(side: str, lies: bool) -> None:
     assert found is not None
     assert comes_back(form)
     assert inside(form, found, sp.Matrix([[1]]), sp.Rational(1, 4), {"x": sp.Rational(side)}) is lies
+
+
+def test_the_way_back_counts_even_where_no_rate_reads_it() -> None:
+    z = sp.Symbol("z", real=True)
+    form = replace(in_states(limited_loop(_alone("-1"), {})), symbols=(z,), inverse=(sp.asin(z),))
+    assert Domain(form).holds([arb(0, 0.5)])
+    assert not Domain(form).holds([arb(0, 2)])
+
+
+def test_an_equilibrium_beyond_a_limit_is_none() -> None:
+    """x' = u − 2 with u = 2 − x: holding takes 2."""
+    plant = system_from_mapping({"name": "p", "states": {"x": "u - 2"}, "inputs": {"u": {}}, "outputs": {"y": "x"}})
+    law = system_from_mapping({"name": "l", "states": {"i": "-i"}, "inputs": {"x": {}}, "outputs": {"u": "2 - x"}})
+    for limit, there in ((3.0, True), (1.0, False)):
+        hardware = Hardware(saturation=Saturation(lower=-limit, upper=limit))
+        limited = limited_loop(Loop(plant=plant, controller=law, hardware=hardware), {})
+        assert (rest(slopes_of(in_states(limited)), np.zeros(2)) is not None) is there
 
 
 def test_limits_go_by_name_whatever_their_order() -> None:
