@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from ulna.base import UlnaError
+from ulna.base import PlantError, UlnaError
 from ulna.system import System, read_system, system_from_mapping, write_system
 
 BODY = '[states]\nx = "-x + u"\n[inputs]\nu = {}\n'
@@ -113,3 +113,10 @@ def test_a_device_is_written_to_and_stays_one(tmp_path: Path) -> None:
     finally:
         os.close(reader)
     assert pipe.is_fifo()
+
+
+@pytest.mark.parametrize("rate", ["Piecewise((1, m > x), (2, True))", "max(m, x)", "x*min(m, 1)"])
+def test_what_becomes_infinite_once_definitions_are_put_in_is_one_clear_line(rate: str) -> None:
+    plant = {"states": {"x": rate}, "definitions": {"i": "x", "m": "cot(x - i)"}}
+    with pytest.raises(PlantError, match="meets a term that is infinite or not real"):
+        system_from_mapping(plant).with_values()

@@ -85,18 +85,18 @@ class System:
         if not self.definitions:
             return tuple(expressions)
         inlined = self._meanings()
-        return tuple(e.xreplace(inlined) for e in expressions)
+        return tuple(_with(e, inlined, self.name) for e in expressions)
 
     def _meanings(self) -> dict[sp.Symbol, sp.Expr]:
         """What every definition stands for, in states, inputs and parameters."""
         inlined: dict[sp.Symbol, sp.Expr] = {}
         for definition in self.definitions:
             if not definition.implicit:
-                inlined[definition.symbol] = definition.expression.xreplace(inlined)
+                inlined[definition.symbol] = _with(definition.expression, inlined, self.name)
         unknowns = self.unknowns
         if not unknowns:
             return inlined
-        equations = [d.expression.xreplace(inlined) for d in unknowns]
+        equations = [_with(d.expression, inlined, self.name) for d in unknowns]
         found = solve_affine(equations, [d.symbol for d in unknowns], where=f"'{self.name}'")
         return {**{symbol: e.xreplace(found) for symbol, e in inlined.items()}, **found}
 
@@ -176,8 +176,24 @@ def _in_numbers(expressions: Iterable[sp.Expr], numbers: Mapping[sp.Symbol, sp.E
             check_power(
                 power.base.xreplace(numbers), power.exp.xreplace(numbers), f"'{name}' with its parameter values"
             )
-        found.append(expression.xreplace(numbers))
+        found.append(_with(expression, numbers, name))
     return tuple(found)
+
+
+def _with(expression: sp.Expr, meaning: Mapping[sp.Symbol, sp.Expr], name: str) -> sp.Expr:
+    """The expression with meanings put in.
+
+    Raises:
+        PlantError: a comparison, minimum or maximum of what is infinite or complex, for which SymPy has no value.
+    """
+    try:
+        return expression.xreplace(meaning)
+    except (TypeError, ValueError):
+        raise PlantError(
+            f"'{name}' with its definitions and values put in",
+            "a comparison, minimum or maximum meets a term that is infinite or not real.",
+            "Look for a division by zero in the definitions.",
+        ) from None
 
 
 def _check_counts(system: System) -> None:
