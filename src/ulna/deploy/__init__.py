@@ -1,6 +1,7 @@
 """What runs on a chip: the step of a loop as C that computes bit for bit what was simulated."""
 
 from ulna.deploy.comparison import Comparison, compare
+from ulna.deploy.compiled import Compiled
 from ulna.deploy.errors import DeployError
 from ulna.deploy.firmware import Firmware, Port, firmware
 from ulna.deploy.project import CProject, c_project
@@ -11,6 +12,7 @@ __all__ = [
     "TARGETS",
     "CProject",
     "Comparison",
+    "Compiled",
     "DeployError",
     "Firmware",
     "Port",

@@ -5,9 +5,6 @@ from __future__ import annotations
 import ctypes
 import math
 import os
-import shutil
-import subprocess
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +15,9 @@ import numpy as np
 from ulna.deploy.design_file import read_design
 from ulna.deploy.errors import DeployError
 from ulna.deploy.firmware import Firmware, firmware
+from ulna.deploy.library import library
 from ulna.loop import Loop
-from ulna.program import C_FLAGS, Precision
+from ulna.program import Precision
 from ulna.sim import Trajectory, as_input, input_values, simulate
 from ulna.system import given_point
 
@@ -148,28 +146,12 @@ def _applied(made: Firmware, run: Trajectory, name: str) -> np.ndarray:
 
 def _by_c(made: Firmware, place: Path, rows: np.ndarray, compiler: str) -> np.ndarray:
     """(N, commands) of the C, compiled into a library that this process loads."""
-    program = shutil.which(compiler)
-    if program is None:
-        raise DeployError(
-            f"the compiler '{compiler}'", "it is not on the path.", "Install gcc or clang, or name another."
-        )
     real = made.precision.dtype
     given = np.ascontiguousarray(rows, dtype=real)
     answer = np.full((len(rows), len(made.commands)), math.nan, dtype=real)
-    with tempfile.TemporaryDirectory(prefix="ulna-") as work:
-        harness, library = Path(work) / "harness.c", Path(work) / "step.so"
-        harness.write_text(_harness(made), encoding="utf-8")
-        sources = [str(harness), str(place.resolve() / f"{made.name}.c")]
-        flags = [*C_FLAGS, "-O2", "-fPIC", "-shared", f"-I{place.resolve()}"]
-        done = subprocess.run(  # noqa: S603 - a compiler on files that ulna wrote
-            [program, *flags, *sources, "-o", str(library), "-lm"], capture_output=True, text=True, check=False
-        )
-        if done.returncode:
-            lines = done.stderr.strip().splitlines() or ["no message"]
-            raise DeployError(f"the C in '{place}'", f"{compiler} refuses it: {lines[0]}", "Export it anew.")
-        run = ctypes.CDLL(str(library)).ulna_replay
-        run.argtypes, run.restype = [ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p], None
-        run(len(rows), given.ctypes.data, answer.ctypes.data)
+    run = library(place, made.name, _harness(made), compiler).ulna_replay
+    run.argtypes, run.restype = [ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p], None
+    run(len(rows), given.ctypes.data, answer.ctypes.data)
     return answer
 
 
@@ -182,7 +164,7 @@ def _harness(made: Firmware) -> str:
         f"        answer[k * {commands} + {j}] = output.{port.name};\n" for j, port in enumerate(made.commands)
     )
     return (
-        f'#include <stddef.h>\n#include "{name}.h"\n'
+        f"#include <stddef.h>\n"
         f"void ulna_replay(size_t count, const {real} *given, {real} *answer)\n{{\n"
         f"    {name}_memory memory;\n    {name}_input input;\n    {name}_output output;\n    {name}_init(&memory);\n"
         f"    for (size_t k = 0; k < count; k++)\n    {{\n{taken}"

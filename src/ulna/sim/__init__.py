@@ -12,7 +12,7 @@ from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated, as_inp
 from ulna.sim.metrics import InputMetrics, Metrics, OutputMetrics, metrics
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Ends, Figures, Paths
-from ulna.sim.sampled import FixedSteps, Gpu
+from ulna.sim.sampled import AbstractProcessor, FixedSteps, ForeignStep, Gpu
 from ulna.sim.simulate import simulate
 from ulna.sim.trajectory import Series, Trajectory
 
@@ -20,6 +20,7 @@ __all__ = [
     "BAND",
     "CODES",
     "TIME",
+    "AbstractProcessor",
     "Constant",
     "Crossing",
     "Direction",
@@ -29,6 +30,7 @@ __all__ = [
     "EventKind",
     "Figures",
     "FixedSteps",
+    "ForeignStep",
     "Formula",
     "Gpu",
     "Held",

@@ -18,7 +18,7 @@ from ulna.sim.ensemble import Ensemble
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Figures, Paths, Record
 from ulna.sim.request import continuous_run, count_of, instants, request
-from ulna.sim.sampled import FixedSteps, run_sampled, sampled_figures
+from ulna.sim.sampled import AbstractProcessor, FixedSteps, run_sampled, sampled_figures
 from ulna.sim.starts import Request
 from ulna.sim.trajectory import Trajectory
 from ulna.system import System
@@ -34,7 +34,7 @@ def simulate(
     *,
     inputs: Mapping[str, Any] | None = None,
     parameters: Mapping[str, Any] | None = None,
-    engine: Taylor | Implicit | FixedSteps | None = None,
+    engine: Taylor | Implicit | FixedSteps | AbstractProcessor | None = None,
     record: Record | None = None,
     events: Sequence[Reported] = (),
     targets: Mapping[str, Any] | None = None,
@@ -62,6 +62,7 @@ def simulate(
             share means the plant's.
         engine: `Taylor(...)` for continuous loops, `FixedSteps(...)` for those with a processor. A loop that `Taylor`
             finds stiff goes over to `Implicit(...)` by itself, and the trajectory's `note` says so.
+            `ulna.deploy.Compiled(folder)`: the C of a folder computes the samples (software in the loop).
         record: of many runs `Ends()`, `Figures()` (default) or `Paths(...)`.
         events: what a continuous run reports besides saturation and end stops: `Crossing(...)`, `Settling(...)`. A
             terminal crossing ends it.
@@ -81,6 +82,8 @@ def simulate(
     system, found = _asked(loop)
     runs = count_of(initial, parameters, inputs, targets, seed)
     at = instants(times)
+    if isinstance(engine, AbstractProcessor):
+        engine = FixedSteps(processor=engine)
     sampled = found is not None and found.sampled
     _check_engine(engine, sampled=sampled, events=bool(events))
     if runs is None and not sampled:

@@ -2,7 +2,8 @@
 
 from ulna.sim.sampled.engine import FixedSteps
 from ulna.sim.sampled.ensemble import sampled_figures
+from ulna.sim.sampled.foreign import AbstractProcessor, ForeignStep
 from ulna.sim.sampled.gpu import Gpu
 from ulna.sim.sampled.run import run_sampled
 
-__all__ = ["FixedSteps", "Gpu", "run_sampled", "sampled_figures"]
+__all__ = ["AbstractProcessor", "FixedSteps", "ForeignStep", "Gpu", "run_sampled", "sampled_figures"]

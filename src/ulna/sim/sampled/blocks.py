@@ -9,6 +9,7 @@ from ulna.loop import Fitted, Flow, Program, Repeat, Step, applied
 from ulna.program import Assembly, Kernel, Scalar, chained, restricted
 from ulna.sim.figures import BAND
 from ulna.sim.sampled.figures import effort, entries, output_figures
+from ulna.sim.sampled.foreign import ForeignStep, to_the_drive
 
 TABLE = "table_"
 """Begins the name of what a run begins with."""
@@ -55,7 +56,7 @@ class Blocks:
     """
 
     begin: Kernel
-    samples: tuple[Kernel, ...]
+    samples: tuple[Kernel | ForeignStep, ...]
     entries: Kernel
     motion: Program
     check: Kernel
@@ -71,7 +72,15 @@ class Blocks:
 
 
 def blocks(
-    loop: Fitted, step: Step, flow: Flow, *, disturbances: int, paths: tuple[str, ...], ramps: bool, bound: float
+    loop: Fitted,
+    step: Step,
+    flow: Flow,
+    *,
+    disturbances: int,
+    paths: tuple[str, ...],
+    ramps: bool,
+    bound: float,
+    foreign: ForeignStep | None = None,
 ) -> Blocks:
     """The blocks of a loop.
 
@@ -79,18 +88,18 @@ def blocks(
         loop: hardware and wiring. step, flow: its kernels. disturbances: how many are slots.
         paths: slots that are read from samples of each run's own, among `r<k>`, `d<k>` and `noise<k>`.
         ramps: whether disturbances have slopes. bound: of the norm of the plant's state.
+        foreign: what computes the samples in place of the step.
     """
     wiring, plant = loop.wiring, loop.wiring.plant
     driven, outputs, states = len(wiring.driven), len(plant.outputs), len(plant.states)
     around = _surroundings(len(wiring.references), disturbances, paths)
     check = _check(loop, states)
     first = _begin(loop, flow, around, disturbances)
-    sensed = [*_clock(loop), around, flow.outputs, output_figures(outputs), step.stages[0]]
-    commanded = [around, step.stages[1], applied(loop)]
+    sensed = [*_clock(loop), around, flow.outputs, output_figures(outputs)]
     before = chained("before", [_kept(loop, states), effort(driven, split=loop.split)])
     return Blocks(
         begin=first,
-        samples=(chained("sensed", sensed), chained("commanded", commanded)),
+        samples=_samples(loop, step, around, sensed, foreign),
         entries=entries(outputs),
         motion=_merged((before, *_within(around, flow.motion), check)),
         check=check,
@@ -105,6 +114,20 @@ def blocks(
         jittered=loop.hardware.jitter is not None,
         states=states,
     )
+
+
+def _samples(
+    loop: Fitted, step: Step, around: Kernel, sensed: list[Kernel], foreign: ForeignStep | None
+) -> tuple[Kernel | ForeignStep, ...]:
+    """What happens at a sample; of a foreign step the kernels compute only what it does not tell."""
+    if foreign is None:
+        commanded = [around, step.stages[1], applied(loop)]
+        return chained("sensed", [*sensed, step.stages[0]]), chained("commanded", commanded)
+    told = {*foreign.outputs, "begun", "fault"}
+    told |= {f"{stem}{k}" for stem in ("late", "early", "believed") for k in range(len(loop.wiring.driven))}
+    rest = restricted(step.kernel, [name for name in step.kernel.outputs if name not in told])
+    driven = chained("driven", [to_the_drive(loop), applied(loop)])
+    return chained("sensed", [*sensed, rest]), chained("around", [around]), foreign, driven
 
 
 def _columns(names: tuple[str, ...]) -> tuple[Columns, ...]:

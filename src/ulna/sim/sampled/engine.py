@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from ulna.base import SimulationError
 from ulna.loop import Steps
+from ulna.sim.sampled.foreign import AbstractProcessor
 from ulna.sim.sampled.gpu import Gpu
 
 
@@ -23,6 +24,7 @@ class FixedSteps:
         order: 4, the classical step, or 2, the midpoint rule at half the price.
         bound: a run ends as blown up where the Euclidean norm of the plant's state (SI) reaches this.
         device: a `Gpu` that runs take place on instead of the processors.
+        processor: what computes the controller's samples: compiled C, `ulna.deploy.Compiled(folder)`, say.
 
     Raises:
         SimulationError: a setting out of its range.
@@ -33,6 +35,7 @@ class FixedSteps:
     order: int = 4
     bound: float = 1e12
     device: Gpu | None = None
+    processor: AbstractProcessor | None = None
 
     def __post_init__(self) -> None:
         _ = self.steps
@@ -40,6 +43,8 @@ class FixedSteps:
             raise SimulationError(f"FixedSteps(within={self.within})", "it must be a positive number.")
         if not (self.bound > 0):
             raise SimulationError(f"FixedSteps(bound={self.bound})", "the bound must be positive.")
+        if self.device is not None and self.processor is not None:
+            raise SimulationError("FixedSteps(device=..., processor=...)", "a GPU has no other processor's code.")
 
     @property
     def steps(self) -> Steps:

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 from ulna.program import TEMPLATES, Assembly, Kernel, Operation, literal, restricted
 from ulna.program.lowering.intrinsic import has_intrinsic, intrinsic_source
+from ulna.sim.sampled.foreign import ForeignStep
 
 
 class LaneWriter:
@@ -111,6 +112,16 @@ class LaneWriter:
             whole = Assembly(kernel.name)
             values = whole.call(kernel)
             self.inline(whole.finished({name: values[name] for name in alike}), given)
+
+    def foreign(self, step: ForeignStep) -> None:
+        """A step in machine code for all runs of the block, one after the other."""
+        self.functions.append(step.declaration)
+        with self.runs():
+            for k, slot in enumerate(step.inputs):
+                self.line(f"given[{k}] = {self.at(slot)}")
+            self.line(f"{step.symbol}(given.ctypes, told.ctypes)")
+            for k, slot in enumerate(step.outputs):
+                self.line(f"{self.at(slot)} = told[{k}]")
 
     def kept(self, kernel: Kernel, counted: str = "") -> list[str]:
         """The outputs that become slots, and the one that is counted."""

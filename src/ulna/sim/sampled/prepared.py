@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from ulna.base import SimulationError
 from ulna.loop import Fitted, Loop
 from ulna.loop.flow import flow
 from ulna.loop.pulses import STEPS
@@ -17,6 +18,7 @@ from ulna.program import compiled
 from ulna.sim.cache import IdentityCache
 from ulna.sim.sampled.blocks import Blocks, blocks
 from ulna.sim.sampled.engine import FixedSteps
+from ulna.sim.sampled.foreign import ForeignStep
 from ulna.sim.sampled.source import loop_source
 from ulna.system import Signal
 
@@ -48,6 +50,7 @@ class Prepared:
 
     Attributes:
         fitted: hardware and wiring. blocks: what a run does. disturbances: those that are slots.
+        foreign: what computes the samples, where the kernels do not.
         run: the compiled function. numbers: its numbers, in order. steps: the place of that of the plant's steps.
         stretch: the longest one of constant input, over the period.
         results: slots handed back at the end of a run, after code and end. record: slots kept at every sample.
@@ -58,6 +61,7 @@ class Prepared:
     fitted: Fitted
     blocks: Blocks
     disturbances: tuple[Signal, ...]
+    foreign: ForeignStep | None
     run: Callable[..., Any]
     numbers: np.ndarray
     steps: int
@@ -109,6 +113,15 @@ def _prepare(
     found, formulas = loop.fit(parameters), dict(shape.formulas)
     free = tuple(s for s in loop.disturbances if s.name not in formulas)
     moving = flow(found, engine.steps, formulas, ramps=shape.ramps)
+    foreign = engine.processor.step_of(loop) if engine.processor is not None else None
+    if foreign is not None:
+        if parameters:
+            raise SimulationError(
+                f"parameter '{next(iter(parameters))}'",
+                "the controller's numbers are compiled already.",
+                "Export it anew with these.",
+            )
+        foreign.link()
     made = blocks(
         found,
         step(found),
@@ -117,6 +130,7 @@ def _prepare(
         paths=shape.paths,
         ramps=shape.ramps,
         bound=engine.bound,
+        foreign=foreign,
     )
     results, kept = _results(found), recorded(found) if record is None else record
     source, names = loop_source(made, results, kept, lanes=lanes, gpu=engine.device is not None)
@@ -124,6 +138,7 @@ def _prepare(
         fitted=found,
         blocks=made,
         disturbances=free,
+        foreign=foreign,
         run=compiled(source),
         numbers=np.array([*(made.numbers[name] for name in names), 0.0]),
         steps=names.index(STEPS),

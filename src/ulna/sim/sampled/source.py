@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from ulna.loop import Program, Repeat
 from ulna.program import GPU_HEADER, HEADER, Kernel, restricted
 from ulna.sim.sampled.blocks import TABLE, Blocks
+from ulna.sim.sampled.foreign import ForeignStep
 from ulna.sim.sampled.lanes import LaneWriter
 
 TYPES = (
@@ -67,6 +68,9 @@ class _LoopWriter:
             # From the start of a line of the processor's cache: a vector that lies across two costs twice.
             first += [f"room = np.zeros({w.size() + 7})", "s = room[-(room.ctypes.data // 8) % 8 :]"]
             first += [f"g = np.zeros({w.lanes}, dtype=np.uint64)"]
+        for each in self.made.samples:
+            if isinstance(each, ForeignStep):
+                first += [f"given = np.zeros({len(each.inputs)})", f"told = np.zeros({len(each.outputs)})"]
         first += [f"f_{name} = numbers[{place}]" for place, name in enumerate(w.numbers)]
         body = []
         for line in w.lines:
@@ -128,8 +132,11 @@ class _LoopWriter:
             counter = f"np.uint64(k + {draw.ahead}) * np.uint64({made.streams}) + np.uint64({draw.stream})"
             w.random(slot, f"{draw.kind}({self.seed}, {counter})")
         # Two loops: in one the compiler runs out of registers.
-        for kernel in made.samples:
-            w.work(kernel, counted="entered")
+        for each in made.samples:
+            if isinstance(each, ForeignStep):
+                w.foreign(each)
+            else:
+                w.work(each, counted="entered")
         with w.block("if entered != 0:"):
             w.work(made.entries)
         with w.block(f"if k % {PACED} == 0:"):

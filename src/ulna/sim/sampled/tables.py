@@ -90,7 +90,7 @@ def begin_table(loop: Loop, made: Prepared, starts: Starts) -> np.ndarray:
     table = np.zeros((runs, max(1, made.blocks.columns[-1].end if made.blocks.columns else 0)))
     rows = {"x": starts.initial, "p": starts.parameters, "target": starts.targets}
     named = {"z": loop.wiring.memory, "u": loop.wiring.driven, "r": loop.references, "d": made.disturbances}
-    memory = _memory(loop, made.fitted, starts, runs)
+    memory = _memory(loop, made, starts, runs)
     for each in made.blocks.columns:
         if each.stem in rows:
             table[:, each.begin : each.end] = rows[each.stem][:, each.first : each.first + each.end - each.begin]
@@ -173,9 +173,11 @@ def _check_span(name: str, given: Input, end: float) -> None:
         )
 
 
-def _memory(loop: Loop, fitted: Fitted, starts: Starts, runs: int) -> dict[str, np.ndarray]:
+def _memory(loop: Loop, made: Prepared, starts: Starts, runs: int) -> dict[str, np.ndarray]:
     """(N,) by name: states of estimator and controller, and driven inputs, at the start."""
     wiring = loop.wiring
+    if made.foreign is not None and not starts.memory:
+        return {name: np.full(runs, value) for name, value in made.foreign.initial.items()}
     estimator = wiring.injected
     if estimator is None and not starts.memory:
         return {}
@@ -193,7 +195,9 @@ def _memory(loop: Loop, fitted: Fitted, starts: Starts, runs: int) -> dict[str, 
     if not all(np.isfinite(values).all() for values in found.values()):
         raise SimulationError("initial state of the controller", "a value is not a finite number.")
     begun = (
-        {} if estimator is None else _started(estimator, fitted, starts, {name: found.get(name, 0.0) for name in shown})
+        {}
+        if estimator is None
+        else _started(estimator, made.fitted, starts, {name: found.get(name, 0.0) for name in shown})
     )
     return begun | found
 
