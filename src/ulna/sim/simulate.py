@@ -20,6 +20,7 @@ from ulna.sim.record import Figures, Paths, Record
 from ulna.sim.request import continuous_run, count_of, instants, request
 from ulna.sim.sampled import AbstractProcessor, FixedSteps, run_sampled, sampled_figures
 from ulna.sim.starts import Request
+from ulna.sim.static import run_static
 from ulna.sim.trajectory import Trajectory
 from ulna.system import System
 
@@ -49,7 +50,8 @@ def simulate(
     processor, whatever the number of threads.
 
     Args:
-        loop: a `Loop`, a `System`, or what has one as its `.system` (a closed loop); parameters may be symbolic.
+        loop: a `Loop`, a `System`, or what has one as its `.system` (a closed loop); parameters may be symbolic. One
+            without states has outputs along the time and nothing else; `initial` is () then.
         initial: states in SI: (n,) in order, or by name. Of a `Loop` the plant's states are enough: the controller's
             states start at 0, or where they or the estimates (`x_hat`) are named. A driven input may be named too: what
             the drive holds before the first command. (N, n), or (N,) for a name, for N runs.
@@ -86,6 +88,12 @@ def simulate(
         engine = FixedSteps(processor=engine)
     sampled = found is not None and found.sampled
     _check_engine(engine, sampled=sampled, events=bool(events))
+    if not system.states and not sampled:
+        if runs is not None or events or _limits(found):
+            hint = "Simulate it once, without limits and events: its outputs are functions of its inputs."
+            raise SimulationError(f"simulation of '{system.name}'", "it has no states, so nothing in it moves.", hint)
+        _, at, drive, values = continuous_run(system, found, initial, at, inputs, parameters)
+        return run_static(system, at, drive, values)
     if runs is None and not sampled:
         trajectory = run_continuous(
             system,

@@ -80,7 +80,7 @@ class Trajectory:
             return np.zeros((len(self.times), 0))
         evaluate = _READOUTS.get(system, None, lambda: to_numpy(_readouts(system)))
         columns = evaluate(*self.states.T, *self.inputs.T, *(self.parameters[p.name] for p in system.parameters))
-        return np.stack(columns, axis=1)
+        return np.stack(np.broadcast_arrays(self.times, *columns)[1:], axis=1)
 
     @property
     def final_state(self) -> np.ndarray:

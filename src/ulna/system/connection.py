@@ -9,6 +9,7 @@ import sympy as sp
 
 from ulna.base import PlantError, UnitError, dimension_text, unit
 from ulna.system.holder import SystemLike, as_system
+from ulna.system.rings import in_order
 from ulna.system.signal import Definition, Parameter, Signal, from_si, to_si
 from ulna.system.system import System
 
@@ -66,11 +67,14 @@ def connect(
         outputs: `"part.output"` or `"part.input"` (the wired signal) names that the whole shows.
         name: the whole's name.
 
+    A ring of wires without a state is solved where it is linear in its signals: b = −2a + r, a = b/4.
+
     A name that two parts share gets its part's key as a prefix, except a parameter that both hold alike. A wire
     between units of one dimension converts (degrees to rad); a signal without a unit fits every other.
 
     Raises:
-        PlantError: for an unknown end of a wire or an algebraic loop (the signals are named).
+        PlantError: for an unknown end of a wire; for a ring without a state that is not linear in its signals or has a
+            gain of 1 (it is named).
         UnitError: for a wire between units of different dimensions.
     """
     placed = _place({key: as_system(part) for key, part in parts.items()})
@@ -153,6 +157,8 @@ def _wire(
     pending: dict[sp.Symbol, sp.Expr] = {}
     implicit: list[Definition] = []
     meaning: dict[tuple[str, str], sp.Symbol] = {}
+    wired_labels: dict[sp.Symbol, str] = {}
+    units: dict[sp.Symbol, str] = {}
     for key, part in placed.items():
         for definition in part.system.definitions:
             if definition.implicit:
@@ -163,6 +169,7 @@ def _wire(
         for signal in part.system.inputs:
             here = part.renamed[signal.symbol]
             meaning[key, signal.name] = here
+            wired_labels[here], units[here] = f"{key}.{signal.name}", signal.unit
             if (key, signal.name) in wired:
                 source_key, index = wired[key, signal.name]
                 source, readout = placed[source_key].system.outputs[index], placed[source_key].system.readouts[index]
@@ -172,17 +179,12 @@ def _wire(
             value = end.as_seen_by(_End(label=f"{key}.{signal.name}", signal=signal, value=here))
             if value != here:
                 pending[here] = value
-    ordered: list[Definition] = []
-    while pending:
-        ready = [s for s, e in pending.items() if not (e.free_symbols & pending.keys())]
-        if not ready:
-            loop = ", ".join(sorted(s.name for s in pending))
-            raise PlantError(
-                "connection", f"an algebraic loop runs through {loop}.", "Break it with a state (a filter or a delay)."
-            )
-        for symbol in ready:
-            ordered.append(Definition(name=symbol.name, expression=pending.pop(symbol)))
-    return (*ordered, *implicit), meaning
+    values = {symbol: value for part in placed.values() for symbol, value in _values(part)}
+    return (*in_order(pending, wired_labels, units, values), *implicit), meaning
+
+
+def _values(part: _Part) -> list[tuple[sp.Symbol, sp.Expr]]:
+    return [(part.renamed[symbol], value) for symbol, value in part.system.values.items()]
 
 
 def _shown(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
@@ -12,6 +12,7 @@ from ulna.loop import TIME, EndStop, Saturation
 from ulna.sim.continuous.crossing import Crossing
 from ulna.sim.continuous.settling import Settling
 from ulna.symbolic.formulas import parse_formula
+from ulna.symbolic.solving import solve_affine
 from ulna.system import System
 
 Reported = Crossing | Settling
@@ -161,18 +162,36 @@ def _expanded(system: System, limited: Mapping[sp.Symbol, sp.Expr]) -> _Expanded
     """The system with some inputs or wires limited."""
     commands: dict[sp.Symbol, sp.Expr] = {s: s for s in system.input_symbols if s in limited}
     meaning = {s: limited[s].xreplace({_VALUE: s}) for s in commands}
-    for definition in system.definitions:
+    for definition in (d for d in system.definitions if not d.implicit):
         symbol, whole = definition.symbol, definition.expression.xreplace(meaning)
         if symbol in limited:
             commands[symbol] = whole
             whole = limited[symbol].xreplace({_VALUE: whole})
         meaning[symbol] = whole
+    if system.unknowns:
+        unknowns = [d.symbol for d in system.unknowns]
+        equations = [d.expression.xreplace(meaning) for d in system.unknowns]
+        if limited.keys() & set(unknowns) or any(_cut_off(e, unknowns) for e in equations):
+            names = ", ".join(s.name for s in limited)
+            raise SimulationError(
+                f"saturation of '{names}' in '{system.name}'",
+                "it lies in a ring without a state, which is solved without limits.",
+                "Break the ring with a state, or give a period: a processor limits what it commands.",
+            )
+        found = solve_affine(equations, unknowns, where=f"'{system.name}'")
+        meaning = {symbol: e.xreplace(found) for symbol, e in meaning.items()} | found
+        commands = {symbol: e.xreplace(found) for symbol, e in commands.items()}
     return _Expanded(
         rates=tuple(e.xreplace(meaning) for e in system.rates),
         readouts=tuple(e.xreplace(meaning) for e in system.readouts),
         meaning=meaning,
         commands=commands,
     )
+
+
+def _cut_off(equation: sp.Expr, unknowns: Sequence[sp.Symbol]) -> bool:
+    """Whether a limit acts on an unknown."""
+    return any(each.has(*unknowns) for each in equation.atoms(sp.Min, sp.Max))
 
 
 def _wall(system: System, expanded: _Expanded, stop: EndStop) -> Wall:
