@@ -27,6 +27,7 @@ from ulna.campaign import (
 from ulna.campaign.plans import seeds
 from ulna.loop import Hardware, Loop
 from ulna.sim import TIME, Crossing, FixedSteps, Held, Settling, Taylor, simulate
+from ulna.system import system_from_mapping
 
 SPREAD = Random(vary={"x": Uniform(low=-1, high=1), "k": Uniform(low=1, high=9), "r": Uniform(low=-1, high=1)}, runs=70)
 SPRINGS = Measures(outputs=("y",), targets={"y": "r"}, effort=("u",))
@@ -143,6 +144,20 @@ def test_only_outputs_with_a_target_count_as_settled() -> None:
     watched = sweep(loop, vary, Measures(outputs=("v",), targets={"x": "goal"}), horizon=8.0)
     assert {"steady_error_x", "steady_error_v"} <= {c.name for c in watched.columns}
     assert watched["settled"].tolist() == [1, 1]
+
+
+@pytest.mark.parametrize("measures", [Measures(samples=40), Measures(targets={"x": "x_ref"}), None])
+def test_what_the_controller_drives_need_not_settle(measures: Measures | None) -> None:
+    """u = -2 (x - x_ref) + x_ref holds a pull of x_ref: it has nowhere to settle, least of all at 0."""
+    plant = system_from_mapping({"states": {"x": "u - x"}, "inputs": {"u": {}}, "outputs": {"x": "x"}})
+    law = system_from_mapping(
+        {"inputs": {"x": {}, "x_ref": {}}, "outputs": {"u": "x_ref - 2*(x - x_ref)"}, "states": {}}
+    )
+    result = sweep(Loop(plant=plant, controller=law), Grid(axes={"x_ref": [0.5, -2.0]}), measures, horizon=4.0)
+    assert result["settled"].tolist() == [1, 1]
+    assert result["peak_u"] == pytest.approx([1.5, 6.0])
+    assert result["settling_time_x"] == pytest.approx([math.log(50) / 3] * 2, rel=1e-3)
+    assert "settling_time_u" not in {c.name for c in result.columns}
 
 
 @pytest.mark.parametrize("kind", ["sampled", "continuous"])
@@ -293,8 +308,6 @@ def test_a_sampled_campaign_that_makes_no_sense_is_one_clear_error(arguments: di
 
 
 def test_parameters_without_a_value_are_named() -> None:
-    from ulna.system import system_from_mapping
-
     open_loop = system_from_mapping({"states": {"x": "-a*x"}, "parameters": {"a": {}}})
     with pytest.raises(CampaignError, match="parameters without a value: a"):
         sweep(open_loop, plan_of(x=ONE), horizon=1.0)

@@ -55,3 +55,65 @@ def test_events_are_shown_in_a_table():
 )
 def test_wrong_rules_end_in_one_line(arguments: list[str], reason: str):
     assert reason in refused(*ARM, *arguments)
+
+
+TWO = """
+name = "two masses"
+[parameters]
+rest = 2
+[states]
+a = "v"
+v = "F"
+b = "u - (b - rest)"
+[inputs]
+F = {}
+u = {}
+[outputs]
+y = "a"
+z = "b"
+[operating_point]
+b = 2
+"""
+
+
+@pytest.fixture
+def two(tmp_path):
+    path = tmp_path / "two.toml"
+    path.write_text(TWO)
+    return str(path)
+
+
+POLES = ["--controller-poles=-1+2j,-1-2j,-5"]
+
+
+@pytest.mark.parametrize("more", [[], ["--period", "1e-3"]])
+def test_an_output_settles_at_its_reference(two, more):
+    asked = [*POLES, "--set-point", "--reference", "y=pi/6", "--reference", "z=1", "--settle", "y", "--settle", "z"]
+    data = answered("simulate", two, *asked, "--initial", "0,0,0", *more)
+    found = {each["output"]: each for each in data["settling"]}
+    assert found["y"]["target"] == pytest.approx(math.pi / 6)
+    # s^2 + 2 s + 5 stays within 2 % from 3.7352 s on, s + 5 from ln(50)/5.
+    assert found["y"]["time"] == pytest.approx(3.7352, abs=1e-2)
+    assert found["z"]["time"] == pytest.approx(math.log(50) / 5, abs=1e-2)
+    assert found["z"]["target"] == 1.0
+
+
+def test_without_a_reference_an_output_settles_where_the_plant_is_held(two):
+    data = answered("simulate", two, *POLES, "--initial", "1,0,0", "--settle", "z", "--settle", "v")
+    z, v = data["settling"]
+    assert z == {"output": "z", "target": 2.0, "time": pytest.approx(math.log(50) / 5, abs=1e-6)}
+    assert v == {"output": "v", "target": 0.0, "time": None}
+
+
+def test_what_became_of_an_output_is_always_said(two):
+    said = ulna(
+        "simulate", two, *POLES, "--initial", "1,0,0", "--settle", "z", "--settle", "v", "--settle", "y=3"
+    ).stdout
+    assert "z stays in its 2 % band around 2 from t = 0.7824" in said
+    assert "v starts on its target 0" in said
+    assert "y does not settle: it is" in said
+
+
+def test_a_reference_that_moves_has_no_target(two):
+    asked = [*POLES, "--track", "--reference", "y=sin(t)", "--reference", "z=1", "--settle", "y"]
+    assert "--settle y=0.5" in refused("simulate", two, *asked)

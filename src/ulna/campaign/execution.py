@@ -12,7 +12,7 @@ from typing import Any
 
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.plans import Plan
-from ulna.campaign.runs import Experiment, Measures, columns, default_measures, experiment_of, to_text
+from ulna.campaign.runs import Experiment, Measures, columns, completed, experiment_of, to_text
 from ulna.campaign.store import CampaignResult, FolderStore, Manifest, MemoryStore, Store, claimed, versions
 from ulna.campaign.workers import LocalWorkers, Workers
 from ulna.loop import Loop
@@ -58,8 +58,8 @@ def sweep(
     Args:
         loop: a `Loop`, a `System`, or what has one as its `.system`.
         plan: what varies: initial states, parameters, constant references and disturbances, by name.
-        measures: what is kept; by default, of a loop, how the plant's outputs settle (at a constant reference
-            `<output>_ref`, else at the operating point) and the effort on its inputs.
+        measures: what is kept; what they leave open is, of a loop, how the plant's outputs settle (at a constant
+            reference `<output>_ref`, else at the operating point) and the effort on its inputs.
         horizon: length of each run, s.
         engine: `FixedSteps(...)` of a loop with a processor, else `Taylor(...)` or `Implicit(...)`.
         initial: SI values of states that do not vary; others start at 0.
@@ -90,7 +90,7 @@ def sweep(
         initial=dict(initial or {}),
         parameters=dict(parameters or {}),
         inputs=dict(inputs or {}),
-        measures=measures or default_measures(subject, inputs or {}),
+        measures=completed(measures, subject, inputs or {}),
     )
     workers = workers or LocalWorkers()
     manifest = Manifest(

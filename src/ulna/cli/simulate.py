@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ulna.base import SimulationError, whole_file
+from ulna.cli.asked_events import Settled, crossings, settled, settlings
 from ulna.cli.asked_plant import plant_in_file
 from ulna.cli.asked_run import Run, run_of
 from ulna.cli.option_groups import with_groups
@@ -15,7 +17,7 @@ from ulna.cli.options import AsJson, DesignOptions, HardwareOptions, PlantOption
 from ulna.cli.terminal import console, print_json, progress
 
 if TYPE_CHECKING:
-    from ulna.sim import Trajectory
+    from ulna.sim import Crossing, Settling, Trajectory
 
 
 MOST_SAMPLES = 10_000_000
@@ -37,7 +39,11 @@ def simulate(
     ] = None,
     settle: Annotated[
         list[str] | None,
-        typer.Option(metavar="OUTPUT[=TARGET]", help="Report when an output stays in its 2 % band: 'y', 'y=0.5'."),
+        typer.Option(
+            metavar="OUTPUT[=TARGET]",
+            help="Say when an output stays in its 2 % band: 'y' around its reference, else where the plant rests; or "
+            "'y=0.5'. Repeatable.",
+        ),
     ] = None,
     samples: Annotated[int, typer.Option(help="Number of output times.", min=2, max=MOST_SAMPLES)] = 501,
     out: Annotated[Path | None, typer.Option(help="Write the run: a .nc (netCDF) or .csv file.")] = None,
@@ -55,15 +61,17 @@ def simulate(
     system = plant_in_file(plant)
     with progress(f"simulating '{system.name}'"):
         asked = run_of(system, plant, run, design, hardware)
-        trajectory = _trajectory(asked, run, samples, (event or [], until or [], settle or []))
+        goals = settlings(asked, settle or [])
+        trajectory = _trajectory(asked, run, samples, crossings(event or [], until or []), goals)
+        reached = settled(trajectory, goals)
     if out is not None:
         write_trajectory(trajectory, out)
     if plot is not None:
         _plot(trajectory, plot)
     if as_json:
-        print_json(_data(trajectory))
+        print_json(_data(trajectory, reached))
     else:
-        _print(trajectory)
+        _print(trajectory, reached)
     if trajectory.outcome.name not in REACHED:
         raise typer.Exit(1)
 
@@ -73,20 +81,19 @@ REACHED = ("FINISHED", "STOPPED")
 
 
 def _trajectory(
-    asked: Run, run: RunOptions, samples: int, reports: tuple[list[str], list[str], list[str]]
+    asked: Run, run: RunOptions, samples: int, crossed: tuple[Crossing, ...], goals: tuple[Settling, ...]
 ) -> Trajectory:
     import numpy as np
 
-    from ulna.cli.asked_events import reported
     from ulna.sim import simulate as run_loop
 
     loop = asked.loop
     if loop.sampled:
-        if any(reports):
-            raise SimulationError("--event, --until, --settle", "they are for a continuous loop.", "Leave them out.")
+        if crossed:
+            raise SimulationError("--event, --until", "they are for a continuous loop.", "Leave them out.")
         times, events = run.horizon, ()
     else:
-        times, events = np.linspace(0.0, run.horizon, samples), reported(loop.system, *reports)
+        times, events = np.linspace(0.0, run.horizon, samples), (*crossed, *goals)
     return run_loop(
         loop,
         asked.initial,
@@ -125,7 +132,7 @@ def _plot(trajectory: Trajectory, path: Path) -> None:
     save_figure(plot_trajectory(trajectory), path)
 
 
-def _data(trajectory: Trajectory) -> dict[str, Any]:
+def _data(trajectory: Trajectory, reached: Sequence[Settled]) -> dict[str, Any]:
     system = trajectory.system
     series = {s.name: trajectory[s.name].tolist() for s in (*system.states, *system.inputs, *system.outputs)}
     return {
@@ -144,12 +151,13 @@ def _data(trajectory: Trajectory) -> dict[str, Any]:
             }
             for event in trajectory.events
         ],
+        "settling": [{"output": each.output, "target": each.target, "time": each.time} for each in reached],
         "time": trajectory.times.tolist(),
         "signals": series,
     }
 
 
-def _print(trajectory: Trajectory) -> None:
+def _print(trajectory: Trajectory, reached: Sequence[Settled]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
@@ -164,6 +172,8 @@ def _print(trajectory: Trajectory) -> None:
     console().print(table)
     if trajectory.events:
         console().print(_events(trajectory))
+    for each in reached:
+        console().print(escape(each.text), soft_wrap=True)
     if trajectory.note:
         console().print(escape(trajectory.note))
     if trajectory.outcome.name not in REACHED:

@@ -9,9 +9,10 @@ from ulna.sim.ensemble import CODES, Ensemble
 from ulna.sim.event import Event, EventKind
 from ulna.sim.figures import BAND, last_entry, output_figures
 from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated, as_input, input_values
-from ulna.sim.metrics import InputMetrics, Metrics, OutputMetrics, metrics
+from ulna.sim.metrics import InputMetrics, Metrics, OutputMetrics, metrics, output_metrics
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Ends, Figures, Paths
+from ulna.sim.rest import rest_values
 from ulna.sim.sampled import AbstractProcessor, FixedSteps, ForeignStep, Gpu
 from ulna.sim.simulate import simulate
 from ulna.sim.trajectory import Series, Trajectory
@@ -51,5 +52,7 @@ __all__ = [
     "last_entry",
     "metrics",
     "output_figures",
+    "output_metrics",
+    "rest_values",
     "simulate",
 ]

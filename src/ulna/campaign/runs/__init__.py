@@ -2,7 +2,7 @@
 
 from ulna.campaign.runs.experiment import Experiment, Role
 from ulna.campaign.runs.figures import OUTCOMES, columns, run_batch
-from ulna.campaign.runs.measures import Column, Measures, Window, default_measures
+from ulna.campaign.runs.measures import Column, Measures, Window, completed
 from ulna.campaign.runs.run_path import path
 from ulna.campaign.runs.settings import experiment_of, to_text
 
@@ -14,7 +14,7 @@ __all__ = [
     "Role",
     "Window",
     "columns",
-    "default_measures",
+    "completed",
     "experiment_of",
     "path",
     "run_batch",

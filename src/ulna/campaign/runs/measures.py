@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
 from ulna.loop import Loop
-from ulna.sim import Constant
-from ulna.system import System, equilibrium
+from ulna.sim import Constant, rest_values
+from ulna.system import System
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,9 +58,11 @@ class Measures:
     """What is kept of every run: how each output settled, the effort, the final state, how it ended.
 
     Attributes:
-        outputs: outputs whose figures are kept, besides those with a target; empty: all that are not efforts.
+        outputs: outputs whose figures are kept, besides those with a target; empty: of a loop those of its
+            plant, else all that are not efforts.
         targets: by output name where it should end: a number in SI, or the name of a varied quantity or reference.
-            A run has settled when all outputs named here have; where none is named, all have to, each at 0.
+            A run has settled when all outputs named here have. Where none is named, `sweep` takes those of `completed`;
+            of a plant alone all outputs have to settle, each at 0.
         effort: of a whole closed loop the outputs that drive the plant: of them only the peak is of interest.
         windows: signals within spans of time.
         samples: intervals on which all this is looked at in continuous loops with jumps, limits or end stops; of others
@@ -111,29 +113,30 @@ class Column:
         return "i1" if self.whole else ">f8"
 
 
-def default_measures(loop: Loop, inputs: Mapping[str, Any]) -> Measures:
-    """Of a loop how the plant's outputs settle and the effort on its inputs; of a plant alone all outputs."""
+def completed(measures: Measures | None, loop: Loop, inputs: Mapping[str, Any]) -> Measures:
+    """The measures with what they leave open: of a loop its plant's outputs and where these should end.
+
+    An output ends at its constant reference `<output>_ref`, else where the plant rests at its operating point; what the
+    controller drives is an effort and has nowhere to settle. Of a plant alone nothing is added.
+    """
+    given = measures or Measures()
     if loop.controller is None:
-        return Measures()
-    outputs = tuple(s.name for s in loop.plant.outputs)
+        return given
+    outputs = given.outputs or tuple(s.name for s in loop.plant.outputs)
     constant = {s.name for s in loop.references if isinstance(inputs.get(s.name, 0.0), int | float | Constant)}
-    return Measures(
+    driven = () if loop.sampled else tuple(s.name for s in loop.wiring.driven if s.name not in outputs)
+    return replace(
+        given,
         outputs=outputs,
-        effort=() if loop.sampled else tuple(s.name for s in loop.wiring.driven),
-        targets=_targets(loop.plant, outputs, constant),
+        effort=given.effort or driven,
+        targets=given.targets or _targets(loop.plant, outputs, constant),
     )
 
 
 def _targets(plant: System, outputs: tuple[str, ...], references: set[str]) -> dict[str, float | str]:
-    """Where outputs should end: at their reference, else where the plant rests at its operating point."""
-    valued = plant.with_values()
-    point = equilibrium(valued)
-    readouts = dict(zip((s.name for s in plant.outputs), valued.inline(valued.readouts), strict=True))
-    found: dict[str, float | str] = {}
-    for name in outputs:
-        if f"{name}_ref" in references:
-            found[name] = f"{name}_ref"
-        else:
-            value = readouts[name].subs({**point.states, **point.inputs})
-            found[name] = float(value) if value.is_real and value.is_number else 0.0
-    return found
+    rest = rest_values(plant)
+    return {
+        name: f"{name}_ref" if f"{name}_ref" in references else rest[name]
+        for name in outputs
+        if f"{name}_ref" in references or name in rest
+    }
