@@ -56,6 +56,15 @@ def test_time_in_the_helper_counts_for_the_outer_budget() -> None:
     assert worked() - before >= 1.0
 
 
+def test_starting_the_helper_counts_for_no_question() -> None:
+    stop_helper()
+    with time_budget(0.1) as budget:
+        assert apart(abs, -3) == 3
+        # Python alone takes longer than this to start.
+        assert budget.left > 0.05
+    assert not budget.ran_out
+
+
 def test_a_computation_without_memory_ends_the_worker_only() -> None:
     assert "memory" in attempt(10, "bytes", apart, bytearray, 3 * 10**9).reason
     with pytest.raises(HelperMemoryError):

@@ -67,9 +67,14 @@ def time_left() -> float:
     return min((one.left for one in _stack.open), default=math.inf)
 
 
-def charge(seconds: float) -> None:
-    """Count CPU time that another process worked for this thread, and for a timer that bounds the whole process."""
+def charge(seconds: float, *, starting: float = 0.0) -> None:
+    """Count CPU time that another process worked for this thread, and for a timer that bounds the whole process.
+
+    What it took to start belongs to no question: only the timer counts it. Else the first question, whose budget is
+    shorter than a start, would be given up, and so would the one after it.
+    """
     _stack.charged[0] += seconds
+    seconds += starting
     if hasattr(signal, "ITIMER_PROF"):
         left, _ = signal.getitimer(signal.ITIMER_PROF)
         if left > 0.0:

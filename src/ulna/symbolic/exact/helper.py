@@ -51,8 +51,8 @@ def apart(function: Callable[Arguments, Result], *arguments: Arguments.args, **k
     except Exception as error:
         raise NoHelperError(f"{type(error).__name__}: {error}") from error
     with _lock:
-        kind, value, seconds = _helper.ask(question)
-    charge(seconds)
+        kind, value, seconds, starting = _helper.ask(question)
+    charge(seconds, starting=starting)
     if kind == "time":
         spend()
     if kind == "memory":
@@ -70,8 +70,8 @@ class _Helper:
         self._process: subprocess.Popen[bytes] | None = None
         self._owner = 0
 
-    def ask(self, question: bytes) -> tuple[str, Any, float]:
-        """(kind, value, s of CPU time)."""
+    def ask(self, question: bytes) -> tuple[str, Any, float, float]:
+        """(kind, value, s of CPU time for the answer, s for starting the process)."""
         for _ in range(2):
             process, spent = self._running()
             try:
@@ -80,7 +80,7 @@ class _Helper:
                 self.stop()  # an answer that comes late must not be taken for the next one's
                 raise
             if answer is not None:
-                return answer[0], answer[1], answer[2] + spent
+                return *answer, spent
             self.stop()  # it was ended from outside while it waited
         raise NoHelperError("the helper process does not stay")
 
