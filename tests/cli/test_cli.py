@@ -92,7 +92,7 @@ ARM = ["simulate", "one_link_arm"]
         ([*ARM, "--horizon", "-1"], "--horizon -1: it is no positive time"),
         ([*ARM, "--horizon", "nan"], "--horizon nan: it is no positive time"),
         ([*ARM, "--horizon", "inf"], "--horizon inf: it is no positive time"),
-        ([*ARM, "--observer-poles", "-1,-2,-3"], "an observer is asked for without a law"),
+        ([*ARM, "--period", "1e-3"], "there is no controller to be sampled"),
         ([*ARM, "--out", "run.xls"], "neither .csv nor .nc"),
         ([*ARM, "--out", "no/such/folder/run.csv"], "cannot be written"),
         ([*ARM, "--out", "no/such/folder/run.nc"], "written"),

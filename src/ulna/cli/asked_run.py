@@ -87,7 +87,7 @@ def run_of(
     loop = Loop(plant=body, controller=controller, hardware=_hardware(body, controller, hardware))
     return Run(
         loop=loop,
-        initial=_initial(loop, controller, run.initial),
+        initial=_initial(loop, controller, run),
         inputs=_inputs(loop, run, [s.name for s in loop.references] if open_references else varied or ()),
         parameters={name: float(value) for name, value in values.items()},
         engine=_engine(run),
@@ -119,14 +119,11 @@ def _read(run: RunOptions, design: DesignOptions, hardware: HardwareOptions) -> 
 
 
 def _wants_design(design: DesignOptions, hardware: HardwareOptions) -> bool:
-    if design.law:
+    if design.law or design.observer:
         return True
-    if design.observer:
-        found = "an observer is asked for without a law."
-        raise SimulationError("a closed loop", found, "Give --controller-poles or --lqr too.")
     if hardware.sampled:
         found = "there is no controller to be sampled."
-        raise SimulationError("--period", found, "Give --controller-poles, --lqr or --controller.")
+        raise SimulationError("--period", found, "Give --controller-poles, --lqr, --observer-poles or --controller.")
     return False
 
 
@@ -170,7 +167,7 @@ def _hardware(plant: System, controller: Controller | System | None, asked: Hard
     )
 
 
-def _initial(loop: Loop, controller: Controller | System | None, text: str) -> dict[str, float]:
+def _initial(loop: Loop, controller: Controller | System | None, run: RunOptions) -> dict[str, float]:
     """Where the run starts: what is typed, else the operating points of the files, else zero."""
     from ulna.system import System
 
@@ -180,7 +177,8 @@ def _initial(loop: Loop, controller: Controller | System | None, text: str) -> d
         memory = _given_states(controller)
     elif controller is not None:
         memory = {name: value for name, value in controller.initial.items() if name in signals}
-    for name, value, asked in named_values([text], "--initial") if "=" in text else _in_order(text, list(plant)):
+    memory |= {f"{name}_hat": value for name, value in _estimates(loop, run.observer_initial, signals).items()}
+    for name, value, asked in _typed_states(run.initial, "--initial", list(plant)):
         known_name(name, list(signals), asked, "state")
         number = float(quantity(value, asked, unit=unit_in(loop.plant, signals[name])))
         (plant if name in plant else memory)[name] = number
@@ -191,13 +189,30 @@ def _initial(loop: Loop, controller: Controller | System | None, text: str) -> d
     return dict(zip((s.name for s in loop.system.states), numbers, strict=True))
 
 
-def _in_order(text: str, names: Sequence[str]) -> Iterator[tuple[str, str, str]]:
+def _estimates(loop: Loop, text: str, known: Collection[str]) -> dict[str, float]:
+    """Where the estimates of states start, by the state's name."""
+    states = {s.name: s for s in loop.plant.states}
+    found = {}
+    for given, value, asked in _typed_states(text, "--observer-initial", list(states)):
+        name = known_name(given.removesuffix("_hat"), list(states), asked, "state")
+        if f"{name}_hat" not in known:
+            what = "Add --observer-poles or --kalman, or leave it out."
+            raise SimulationError(asked, f"nothing in the loop estimates {name}.", what)
+        found[name] = float(quantity(value, asked, unit=unit_in(loop.plant, states[name])))
+    return found
+
+
+def _typed_states(text: str, option: str, names: Sequence[str]) -> Iterator[tuple[str, str, str]]:
+    """(name, value, what was asked) of states by name, `theta=30deg, omega=0`, or in their order."""
+    if "=" in text:
+        yield from named_values([text], option)
+        return
     parts = typed_list(text) if text else []
     if text and len(parts) != len(names):
         found = f"{len(parts)} numbers, {len(names)} states ({', '.join(names)})."
-        raise SimulationError(f"--initial '{text}'", found, f"Give one for each, or by name: '{names[0]}=1'.")
+        raise SimulationError(f"{option} '{text}'", found, f"Give one for each, or by name: '{names[0]}=1'.")
     for name, part in zip(names, parts, strict=False):
-        yield name, part, f"--initial '{text}'"
+        yield name, part, f"{option} '{text}'"
 
 
 def _given_states(system: System) -> dict[str, float]:
@@ -231,7 +246,7 @@ def _inputs(loop: Loop, run: RunOptions, varied: Collection[str]) -> dict[str, f
             raise SimulationError(asked, "the loop follows no reference.", "Add --set-point or --track to the design.")
         label = name if name in references else f"{known_name(name, known, asked, 'reference')}_ref"
         found |= _with_derivatives(label, references, text, asked, unit_in(loop.plant, references[label]))
-    missing = [name for name in references if name not in found and name not in varied]
+    missing = [name for name in loop.required if name not in found and name not in varied]
     if missing:
         asked, name = f"the reference '{missing[0]}'", missing[0].partition("_ref")[0]
         found_text = "the controller reads it, and neither the plant nor an option gives it."

@@ -145,6 +145,14 @@ class RunOptions:
             "controller's states too; SI or with unit. Left out: the operating point that the file gives, else zero.",
         ),
     ] = ""
+    observer_initial: Annotated[
+        str,
+        _run(
+            "--observer-initial",
+            help="Initial estimates in the order of the plant's states, '0.1,0', or by the state's name. Left out: the "
+            "operating point that the file gives, else zero.",
+        ),
+    ] = ""
     horizon: Annotated[float, _run("--horizon", help="Length of a run, s.")] = 5.0
     engine: Annotated[
         Engine | None,

@@ -18,6 +18,7 @@ from ulna.cli.terminal import console, print_json, progress
 
 if TYPE_CHECKING:
     from ulna.sim import Crossing, Settling, Trajectory
+    from ulna.system import Signal
 
 
 MOST_SAMPLES = 10_000_000
@@ -134,13 +135,14 @@ def _plot(trajectory: Trajectory, path: Path) -> None:
 
 def _data(trajectory: Trajectory, reached: Sequence[Settled]) -> dict[str, Any]:
     system = trajectory.system
-    series = {s.name: trajectory[s.name].tolist() for s in (*system.states, *system.inputs, *system.outputs)}
+    shown = (*system.states, *system.inputs, *system.outputs, *_estimates(trajectory))
+    series = {s.name: trajectory[s.name].tolist() for s in shown}
     return {
         "system": system.name,
         "outcome": trajectory.outcome.name.lower(),
         "text": trajectory.outcome.text,
         "note": trajectory.note,
-        "units": {s.name: s.unit for s in (*system.states, *system.inputs, *system.outputs)},
+        "units": {s.name: s.unit for s in shown},
         "events": [
             {
                 "time": event.time,
@@ -157,6 +159,11 @@ def _data(trajectory: Trajectory, reached: Sequence[Settled]) -> dict[str, Any]:
     }
 
 
+def _estimates(trajectory: Trajectory) -> list[Signal]:
+    """What an estimator on a processor shows; of a continuous one the estimates are states or outputs."""
+    return [series.signal for series in trajectory.further.values() if series.role == "estimate"]
+
+
 def _print(trajectory: Trajectory, reached: Sequence[Settled]) -> None:
     from rich.markup import escape
     from rich.table import Table
@@ -165,7 +172,8 @@ def _print(trajectory: Trajectory, reached: Sequence[Settled]) -> None:
     table = Table(title=escape(f"{system.name}: {trajectory.outcome.text}"), title_justify="left")
     for heading in ("signal", "at the start", "at the end", "smallest", "largest"):
         table.add_column(heading, justify="left" if heading == "signal" else "right")
-    for signal in (*system.states, *system.inputs, *(o for o in system.outputs if o not in system.states)):
+    outputs = (o for o in system.outputs if o not in system.states)
+    for signal in (*system.states, *system.inputs, *outputs, *_estimates(trajectory)):
         values = trajectory[signal.name]
         numbers = (values[0], values[-1], values.min(), values.max())
         table.add_row(escape(signal.label), *(f"{v:.6g}" for v in numbers))

@@ -198,7 +198,7 @@ def _exact(
     injected = _Row(loop, w, "w", samples, outputs, interpolate=interpolate)
     blocks = {"phi": z[:n], "g0": injected(z, r[0], 0.0)}
     if interpolate:
-        blocks["g1"] = injected(z, r[0], 1.0)
+        blocks["g1"] = injected(z, r[1], 1.0)
     z_new: list[Scalar] = []
     for i in range(n):
         value = w.constant(0.0)

@@ -34,11 +34,12 @@ class Loop:
         plant: what is controlled.
         controller: None for the plant alone, with limits of its inputs and end stops; else a `System` whose outputs
             include inputs of the plant, or what has one as its `.system`: a law on measured states, a compensator, a
-            controller read from a file. The estimator of a compensator sees the limited, delayed input.
+            controller read from a file. The estimator of a compensator sees the limited, delayed input. An observer by
+            itself runs beside the plant, sees its inputs and drives none.
         hardware: processor, sensors, drive, limits; None for the continuous, unlimited loop.
 
     Raises:
-        SimulationError: a controller that drives nothing, options of signals that the loop does not have.
+        SimulationError: a controller that drives and estimates nothing, options of signals that the loop does not have.
     """
 
     plant: System
@@ -67,7 +68,7 @@ class Loop:
         """Who reads whom.
 
         Raises:
-            SimulationError: without a controller, or with one that drives nothing.
+            SimulationError: without a controller, or with one that drives and estimates nothing.
         """
         return wire(self.plant, self.controller)
 
@@ -80,6 +81,17 @@ class Loop:
     def references(self) -> tuple[Signal, ...]:
         """Inputs of the controller that nothing in the loop feeds."""
         return () if self.controller is None else self.wiring.references
+
+    @property
+    def required(self) -> tuple[str, ...]:
+        """Names of the references that have to be given: inputs of the plant that an observer sees are 0 by default."""
+        own = {s.name for s in self.plant.inputs}
+        return tuple(s.name for s in self.references if s.name not in own)
+
+    @property
+    def initial(self) -> Mapping[str, float]:
+        """Where states of the controller start, in SI, that do not start at 0 unless told so: a filter's covariance."""
+        return {} if self.parts is None else self.parts.initial
 
     @property
     def disturbances(self) -> tuple[Signal, ...]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from ulna.base import SimulationError
@@ -14,19 +15,24 @@ class Parts:
     """A controller.
 
     Attributes:
-        system: the whole. law: what computes the commands; the whole, where there is no observer.
+        system: the whole. law: what computes the commands; the whole, where there is no observer; None of an observer
+            by itself.
         observer: what estimates, by itself: in a loop with a processor it sees the limited, delayed input.
         states_first: whether its inputs mean states, where an output of the plant bears the same name.
+        initial: where states of the controller start that are not at 0 and nobody names: a filter's covariance.
     """
 
     system: System
-    law: System
+    law: System | None
     observer: System | LinearInjection | None = None
     states_first: bool = False
+    initial: Mapping[str, float] = field(default_factory=dict)
 
 
 def parts_of(controller: Any) -> Parts:
     """The parts of a controller: a `System`, or what has one as its `.system` and perhaps `.law` and `.observer`.
+
+    An observer by itself has `.linear`, and None where its linear part is not known.
 
     Raises:
         SimulationError: what is neither.
@@ -35,10 +41,17 @@ def parts_of(controller: Any) -> Parts:
         return controller
     whole = _system(controller)
     law, observer = getattr(controller, "law", None), getattr(controller, "observer", None)
-    if law is None or observer is None:
+    if law is None and observer is None and hasattr(controller, "linear"):
+        observer = controller
+    if observer is None:
         return Parts(system=whole, law=whole, states_first=bool(getattr(controller, "reads_states", False)))
     linear = observer if isinstance(observer, LinearInjection) else getattr(observer, "linear", None)
-    return Parts(system=whole, law=_system(law), observer=_system(observer) if linear is None else linear)
+    return Parts(
+        system=whole,
+        law=None if law is None else _system(law),
+        observer=_system(observer) if linear is None else linear,
+        initial={name: float(value) for name, value in getattr(observer, "initial", {}).items()},
+    )
 
 
 def joined(law: System, observer: System, *, name: str) -> System:

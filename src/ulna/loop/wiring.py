@@ -64,20 +64,19 @@ def wire(plant: System, controller: Any) -> Wiring:
     Each input of the controller reads the estimate of this name (`x_hat`, then `x`), what the plant's input of this
     name gets, the plant's output, the plant's state; what is left is a reference.
 
+    An estimator drives nothing: of what it estimates, something bears the name `<state>_hat` or `<output>_hat`.
+
     Raises:
-        SimulationError: a controller that drives nothing, or a state and an output of one name.
+        SimulationError: a controller that drives and estimates nothing, or a state and an output of one name.
     """
     parts = parts_of(controller)
-    estimator, law = parts.observer, parts.law
+    estimator = parts.observer
     observer = estimator.system if isinstance(estimator, LinearInjection) else estimator
+    law = parts.law or _NOTHING
     commanded = {s.name for s in law.outputs}
     driven = tuple(s for s in plant.inputs if s.name in commanded)
     if not driven:
-        raise SimulationError(
-            f"loop of '{plant.name}' and '{law.name}'",
-            f"none of the outputs {_names(law.outputs)} is an input of the plant.",
-            f"The plant's inputs: {_names(plant.inputs)}.",
-        )
+        _require_estimates(plant, parts.system)
     found = _Found(plant=plant, driven=driven, states_first=parts.states_first)
     owners = [law] if observer is None else [observer, law]
     renamed = _renamed(owners)
@@ -104,7 +103,7 @@ def wire(plant: System, controller: Any) -> Wiring:
             estimates[signal.name] = (signal, readout.xreplace(meaning))
     rows = {"w": injections, "e": [e for _, e in estimates.values()], "c": [commands[s.name] for s in driven]}
     return Wiring(
-        name=law.name,
+        name=parts.system.name if parts.law is None else law.name,
         plant=plant,
         driven=driven,
         disturbances=tuple(s for s in plant.inputs if s not in driven),
@@ -118,6 +117,19 @@ def wire(plant: System, controller: Any) -> Wiring:
         controller=_controller_kernel(found, owners, rates, rows),
         parameters=tuple((p.name, p.si_value) for owner in owners for p in owner.parameters),
     )
+
+
+_NOTHING = System(name="no law", states=(), rates=())
+
+
+def _require_estimates(plant: System, controller: System) -> None:
+    estimates = {f"{s.name}_hat" for s in (*plant.states, *plant.outputs)}
+    if estimates.isdisjoint(s.name for s in controller.outputs):
+        raise SimulationError(
+            f"loop of '{plant.name}' and '{controller.name}'",
+            f"none of the outputs {_names(controller.outputs)} is an input of the plant, or the estimate of a state.",
+            f"The plant's inputs: {_names(plant.inputs)}; estimates are called {', '.join(sorted(estimates)[:3])}.",
+        )
 
 
 def _names(signals: Iterable[Signal]) -> str:

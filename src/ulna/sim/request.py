@@ -140,15 +140,26 @@ def request(
 def _known_states(system: System, loop: Loop | None, given: Any) -> Any:
     """What is given; of a continuous loop, the plant's states are enough."""
     if loop is None or loop.sampled:
-        return given
+        return given if loop is None or not loop.initial else _sampled_start(loop, given)
     plant = len(loop.plant.states)
     names = [s.name for s in system.states]
+    rest = dict.fromkeys(names[plant:], 0.0) | dict(loop.initial)
     if isinstance(given, Mapping):
-        return dict.fromkeys(names[plant:], 0.0) | dict(given)
+        return rest | dict(given)
     rows = np.asarray(given, dtype=float)
     if rows.shape[-1:] == (plant,) and plant < len(names):
-        return np.concatenate([rows, np.zeros((*rows.shape[:-1], len(names) - plant))], axis=-1)
+        return np.concatenate([rows, np.broadcast_to(list(rest.values()), (*rows.shape[:-1], len(rest)))], axis=-1)
     return given
+
+
+def _sampled_start(loop: Loop, given: Any) -> Any:
+    """The same, with where states of the controller start that do not start at 0."""
+    if isinstance(given, Mapping):
+        return {**loop.initial, **given}
+    rows, names = np.asarray(given, dtype=float), [s.name for s in loop.plant.states]
+    if rows.shape[-1:] != (len(names),):
+        return given
+    return {**loop.initial, **{name: rows[..., k] for k, name in enumerate(names)}}
 
 
 def _one_state(system: System, given: Any) -> np.ndarray:

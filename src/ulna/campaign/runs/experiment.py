@@ -105,7 +105,9 @@ class Experiment:
         """(what varies by name, what `simulate` takes by keyword) of the runs first ≤ k < last; arrays are (N,)."""
         varied = self.plan.values(first, last)
         tables: dict[Role, dict[str, Any]] = {
-            Role.INITIAL: dict.fromkeys((s.name for s in self.system.states), 0.0) | dict(self.initial),
+            Role.INITIAL: dict.fromkeys((s.name for s in self.system.states), 0.0)
+            | dict(self.loop.initial)
+            | dict(self.initial),
             Role.PARAMETER: dict(self.parameters),
             Role.INPUT: {name: _rows(given, first, last) for name, given in self.inputs.items()},
         }
@@ -242,7 +244,7 @@ def _check_valued(experiment: Experiment) -> None:
     if missing:
         found = f"parameters without a value: {', '.join(missing)}."
         raise CampaignError(what, found, f"Give them: parameters={{'{missing[0]}': ...}}, or vary them.")
-    missing = [s.name for s in experiment.loop.references if s.name not in (*experiment.inputs, *varied)]
+    missing = [name for name in experiment.loop.required if name not in (*experiment.inputs, *varied)]
     if missing:
         found = f"references without a value: {', '.join(missing)}."
         raise CampaignError(what, found, f"Give them: inputs={{'{missing[0]}': ...}}, or vary them.")

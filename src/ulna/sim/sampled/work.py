@@ -117,7 +117,7 @@ def _check_driven(loop: Loop, starts: Starts) -> None:
     both = [s.name for s in loop.wiring.driven if s.name in starts.inputs or s.name in starts.own]
     if both:
         raise SimulationError(f"input '{both[0]}'", "the controller drives it already.", "Leave it out of `inputs`.")
-    missing = [s.name for s in loop.references if s.name not in starts.inputs and s.name not in starts.own]
+    missing = [name for name in loop.required if name not in starts.inputs and name not in starts.own]
     if missing:
         raise SimulationError(
             f"input '{missing[0]}' of '{loop.wiring.name}'",
