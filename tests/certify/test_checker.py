@@ -46,6 +46,7 @@ def _certificate(**given: Any) -> Certificate:
         "level": "1",
         "tree": ".",
         "box": {},
+        "decay": (),
     }
     return Certificate(**{**whole, **given})
 

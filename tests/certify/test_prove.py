@@ -287,7 +287,7 @@ def test_files_that_are_no_certificates_are_refused(proved: Verdict, tmp_path: P
     for text, reason in (
         (whole[: len(whole) // 2], "not JSON"),
         ("[]", "not of format"),
-        (whole.replace('"format": 1', '"format": 2'), "not of format 1"),
+        (whole.replace('"format": 2', '"format": 3'), "not of format 2"),
         (json.dumps({**json.loads(whole), "P": 3}), "missing or of another kind"),
     ):
         path.write_text(text)

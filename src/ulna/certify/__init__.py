@@ -2,7 +2,7 @@
 
 from ulna.certify.certificate import Certificate, read_certificate
 from ulna.certify.checker import check
-from ulna.certify.claims import Claim, Region, StableWithin
+from ulna.certify.claims import Claim, GloballyStable, Region, StableWithin
 from ulna.certify.errors import CertifyError
 from ulna.certify.prove import prove
 
@@ -10,6 +10,7 @@ __all__ = [
     "Certificate",
     "CertifyError",
     "Claim",
+    "GloballyStable",
     "Region",
     "StableWithin",
     "check",

@@ -12,17 +12,19 @@ from typing import Any
 from ulna.base import text_of_file, whole_file
 from ulna.certify.errors import CertifyError
 
-FORMAT = 1
+FORMAT = 2
 """Of the file."""
 LARGEST_FILE = 200_000_000
 """Bytes: a certificate of a million boxes has some ten million."""
 THEOREM = "quadratic Lyapunov function, mean-value form"
+CASCADE = "cascade of a linear part and its decaying errors, growth at most linear"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Certificate:
     """Every run of x' = f(x, s), s = k(x) within limits, that starts where V ≤ level converges to the equilibrium.
 
+    By the theorem of cascades, without limits: every run does, and the equilibrium is stable.
     V = (ζ − ζ*)ᵀ P (ζ − ζ*) in coordinates ζ = T(x), where the loop is ζ' = g + β (s − k). All numbers are rational and
     written as text, so that nothing is lost in a file.
 
@@ -36,8 +38,9 @@ class Certificate:
         outer: how many coordinates come before those of errors e' = A e. still_closed, still_gains, still_commands: the
             loop of the outer ones with the errors at 0; empty where there are none.
         center, radius: ζ* lies within radius · max(1, |center|) of the center, and is the only equilibrium there.
-        P: rows. level: of V. tree: the boxes, halved where `/k` stands, along coordinate k.
+        P: rows. level: of V. tree: the boxes, halved where `/k` stands, along coordinate k. A cascade has none.
         box: a box about x* by state, contained in the level set; empty where none was asked for.
+        decay: of a cascade the rates (λ, μ) at which √V falls, in the states without errors and in the errors.
     """
 
     name: str
@@ -65,6 +68,7 @@ class Certificate:
     level: str
     tree: str
     box: Mapping[str, str]
+    decay: tuple[str, ...]
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write the file.
@@ -81,7 +85,8 @@ class Certificate:
             raise CertifyError(f"the file '{place}'", f"it cannot be written ({error.strerror or error}).") from None
 
     def __repr__(self) -> str:
-        return f"Certificate of '{self.name}': {self.theorem}, {self.tree.count('.')} boxes"
+        boxes = f", {self.tree.count('.')} boxes" if self.tree else ""
+        return f"Certificate of '{self.name}': {self.theorem}{boxes}"
 
 
 def read_certificate(path: str | os.PathLike[str]) -> Certificate:
@@ -108,7 +113,7 @@ def read_certificate(path: str | os.PathLike[str]) -> Certificate:
 
 
 _ROWS = ("states", "rates", "limited", "lower", "upper", "coordinates", "forward", "inverse", "closed")
-_ROWS += ("moved_commands", "still_closed", "still_commands", "center")
+_ROWS += ("moved_commands", "still_closed", "still_commands", "center", "decay")
 _WORDS = ("name", "design", "theorem", "radius", "level", "tree")
 _TABLES = ("wires", "gains", "still_gains", "P")
 

@@ -25,7 +25,7 @@ import sympy as sp
 from flint import arb, ctx
 
 from ulna.base import UlnaError, Verdict
-from ulna.certify.certificate import THEOREM, Certificate
+from ulna.certify.certificate import CASCADE, THEOREM, Certificate
 from ulna.certify.checker_arithmetic import (
     Box,
     Dual,
@@ -43,6 +43,7 @@ from ulna.certify.checker_arithmetic import (
     quadratic_of_inverse,
     vanishes,
 )
+from ulna.certify.checker_global import Everywhere
 from ulna.certify.checker_loop import LimitedLoop
 from ulna.symbolic.formulas import parse_formula
 
@@ -78,7 +79,7 @@ class _Checker:
     """One certificate, its numbers read."""
 
     def __init__(self, given: Certificate) -> None:
-        if given.theorem != THEOREM:
+        if given.theorem not in (THEOREM, CASCADE):
             raise NotRightError(f"the theorem '{given.theorem}' is not known")
         self.given, self.n, self.k = given, len(given.coordinates), given.outer
         if not (0 < self.k <= self.n == len(given.states) == len(given.center) == len(given.P)):
@@ -96,18 +97,20 @@ class _Checker:
             outer = given.coordinates[: self.k]
             self.still = self._read(outer, given.still_closed, given.still_gains, given.still_commands)
         self.center = [fraction(v) for v in given.center]
-        self.radius, self.level = fraction(given.radius), fraction(given.level)
         exact = [[fraction(v) for v in row] for row in given.P]
         if any(len(row) != self.n for row in exact):
             raise NotRightError("P is not square")
         if any(exact[i][j] != exact[j][i] for i in range(self.n) for j in range(i)):
             raise NotRightError("P is not symmetric")
-        if self.radius <= 0 or self.level <= 0:
-            raise NotRightError("radius and level are not positive")
         self.P = [[exactly(v) for v in row] for row in exact]
         self.inverse = inverse(exact)
         if not all(pivot > 0 for pivot in pivots(self.P)):
             raise NotRightError("P is not positive definite")
+        if given.theorem == CASCADE:
+            return
+        self.radius, self.level = fraction(given.radius), fraction(given.level)
+        if self.radius <= 0 or self.level <= 0:
+            raise NotRightError("radius and level are not positive")
         self.half = [power_above(self.level * self.inverse[k][k]) for k in range(self.n)]
         self.tree = given.tree.split()
 
@@ -132,12 +135,31 @@ class _Checker:
         """Empty where all is right, else what is wrong."""
         if wrong := self._other_loop():
             return wrong
+        if self.given.theorem == CASCADE:
+            return self._anywhere()
         point = [around(c, self.radius * max(Fraction(1), abs(c))) for c in self.center]
         if not self._one_equilibrium(point):
             return "no equilibrium is proved to be in the box around the center, or a limit is met there"
         if self.k < self.n and (wrong := self._errors_wrong(point)):
             return wrong
         return self._box_outside(point) or self._uncovered(point)
+
+    def _anywhere(self) -> str:
+        """Where it is not shown that all runs converge."""
+        given = self.given
+        if given.limited or given.box:
+            return "a loop with limits, or a box, is not what the theorem of cascades speaks of"
+        if not self._comes_back():
+            return "T⁻¹(T(x)) is not x, so nothing is known of all of x"
+        return Everywhere(
+            symbols=self.loop.symbols,
+            outer=self.k,
+            closed=self.loop.closed,
+            still=self.still.closed,
+            maps=[*self.ahead, *self.back],
+            wires=self.wires,
+            rates=self.rates,
+        ).reason(self.P, [fraction(v) for v in given.decay])
 
     # ------------------------------------------------------------------------------------------- the same loop
 
@@ -146,7 +168,7 @@ class _Checker:
         given, z, s = self.given, self.loop.symbols, [sp.Symbol(n, real=True) for n in self.given.limited]
         own = {name: sp.Symbol(name, real=True) for name in given.states}
         coordinates = {symbol.name: symbol for symbol in z}
-        forward = [parse_formula(text, own, where="coordinate") for text in given.forward]
+        self.ahead = forward = [parse_formula(text, own, where="coordinate") for text in given.forward]
         self.back = back = [parse_formula(text, coordinates, where="inverse") for text in given.inverse]
         names, meaning, found = dict(own), {}, {}
         self.wires: list[tuple[sp.Symbol, sp.Expr]] = []
@@ -183,6 +205,10 @@ class _Checker:
             if not all(vanishes(a.xreplace(gone) - b) for a, b in pairs):
                 return "the loop without errors is another one"
         return ""
+
+    def _comes_back(self) -> bool:
+        there = dict(zip(self.loop.symbols, self.ahead, strict=True))
+        return all(vanishes(b.xreplace(there) - x) for b, x in zip(self.back, self.own, strict=True))
 
     def _errors_wrong(self, point: list[arb]) -> str:
         """Where the last coordinates are not errors e' = A e whose part of V falls and stands apart in P."""
@@ -232,24 +258,19 @@ class _Checker:
         given = self.given
         if not given.box:
             return ""
-        own = {name: sp.Symbol(name, real=True) for name in given.states}
-        forward = [parse_formula(text, own, where="coordinate") for text in given.forward]
-        ahead = dict(zip(self.loop.symbols, forward, strict=True))
-        known = {symbol.name: symbol for symbol in self.loop.symbols}
-        back = [parse_formula(text, known, where="inverse") for text in given.inverse]
-        if not all(vanishes(b.xreplace(ahead) - x) for b, x in zip(back, own.values(), strict=True)):
+        if not self._comes_back():
             return "T⁻¹(T(x)) is not x, so a box of x says nothing"
-        if unknown := [name for name in given.box if name not in own]:
+        if unknown := [name for name in given.box if name not in given.states]:
             return f"the box has a side '{unknown[0]}', which is no state"
         at = {s: Dual(v, []) for s, v in zip(self.loop.symbols, point, strict=True)}
-        rest = [dual(b, at, {}).value for b in back]
+        rest = [dual(b, at, {}).value for b in self.back]
         sides = {given.states.index(name): fraction(size) for name, size in given.box.items()}
         stack = [({k: (Fraction(0), size) for k, size in sides.items()}, 0)]
         while stack:
             part, depth = stack.pop()
             x = [rest[i] + (around(*part[i]) if i in part else arb(0)) for i in range(self.n)]
-            duals = {s: Dual(v, []) for s, v in zip(own.values(), x, strict=True)}
-            d = [dual(t, duals, {}).value - p for t, p in zip(forward, point, strict=True)]
+            duals = {s: Dual(v, []) for s, v in zip(self.own, x, strict=True)}
+            d = [dual(t, duals, {}).value - p for t, p in zip(self.ahead, point, strict=True)]
             if sum((self.P[i][j] * d[i] * d[j] for i in range(self.n) for j in range(self.n)), arb(0)) <= exactly(
                 self.level
             ):

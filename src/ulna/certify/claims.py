@@ -43,4 +43,9 @@ class StableWithin:
                 raise CertifyError(f"the box of '{name}'", f"{size} is not a number from 0 on.")
 
 
-Claim = Region | StableWithin
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GloballyStable:
+    """Every run converges to the equilibrium, wherever it starts, and stays near it where it starts near it."""
+
+
+Claim = Region | StableWithin | GloballyStable

@@ -13,15 +13,17 @@ import sympy as sp
 from ulna.base import Verdict
 from ulna.certify.balls import Slopes, slopes_of
 from ulna.certify.box import comes_back, inside
-from ulna.certify.certificate import THEOREM, Certificate
-from ulna.certify.claims import Claim, Region, StableWithin
+from ulna.certify.cascade import NotByThisTheoremError, cascade, worded
+from ulna.certify.certificate import CASCADE, THEOREM
+from ulna.certify.certificate_of import certificate_of
+from ulna.certify.claims import Claim, GloballyStable, Region, StableWithin
 from ulna.certify.errors import CertifyError
 from ulna.certify.form import Form, form_of, in_states
 from ulna.certify.limited import Limited, limited_loop
 from ulna.certify.metrics import Candidate, candidates
 from ulna.certify.region import Attempt, attempt
 from ulna.certify.rest import Rest, holding, linear_answer, rest
-from ulna.loop import Loop, fingerprint
+from ulna.loop import Loop
 from ulna.program import to_numpy
 from ulna.symbolic.compiling import kernel
 from ulna.system import given_point
@@ -38,17 +40,21 @@ _TRIED = 3
 def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, seconds: float = PATIENCE) -> Verdict:
     """Whether a claim about a continuous loop within its limits is true, proved in exact and ball arithmetic.
 
-    The theorem: V = (ζ − ζ*)ᵀ P (ζ − ζ*) with P from a Lyapunov equation, in coordinates ζ in which the loop is most
-    nearly linear. Branch and bound shows that the loop is defined and V falls in one of its level sets, limits of the
-    inputs included. So every run that starts in the level set stays in it and converges. docs/proof.md says more.
+    A region or a box: V = (ζ − ζ*)ᵀ P (ζ − ζ*) with P from a Lyapunov equation, in coordinates ζ in which the loop is
+    most nearly linear. Branch and bound shows that the loop is defined and V falls in one of its level sets, limits of
+    the inputs included. So every run that starts in the level set stays in it and converges. Everywhere: the loop
+    without limits is a linear part that errors, which decay by themselves, disturb at most in proportion to its size.
+    docs/proof.md says more.
 
     Args:
-        loop: without a processor; its saturation counts. claim: `Region()` or `StableWithin(box={...})`.
+        loop: without a processor; its saturation counts. claim: `Region()`, `StableWithin(box={...})` or
+            `GloballyStable()`.
         inputs: SI values at which references and disturbances are held, by name; 0 where left out.
         seconds: CPU time for the search.
 
     Returns:
-        Proved with a `certificate` (and `half_axes` of the ellipsoid, `level`, `boxes`); refuted with the eigenvalue,
+        Proved with a `certificate` (and `half_axes` of the ellipsoid, `level`, `boxes`; of a global claim `growth`,
+        `decay_rates` and a `bound` of every run); refuted with the eigenvalue,
         the signal that holding needs beyond its limit, or a run that does not converge; undecided with how far it came.
 
     Raises:
@@ -71,6 +77,8 @@ def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, 
     unstable = linear_answer(slopes, found)
     if unstable is not None:
         return unstable.restated(text)
+    if isinstance(claim, GloballyStable):
+        return _everywhere(loop, slopes, found, text)
     sizes = _sizes(slopes, found, claim)
     began = time.thread_time()
     tried = candidates(slopes, found, sizes)
@@ -117,6 +125,8 @@ def _widest(slopes: Slopes, found: Rest, tried: list[Candidate], seconds: float)
 
 
 def _text(limited: Limited, claim: Claim) -> str:
+    if isinstance(claim, GloballyStable):
+        return f"all runs of '{limited.name}' converge to one equilibrium, which is stable"
     if isinstance(claim, Region):
         return f"runs of '{limited.name}' that start in an ellipsoid about the equilibrium converge to it"
     sides = ", ".join(f"{name} ± {size:g}" for name, size in claim.box.items())
@@ -125,7 +135,7 @@ def _text(limited: Limited, claim: Claim) -> str:
 
 def _check_names(limited: Limited, claim: Claim) -> None:
     names = [s.name for s in limited.states]
-    given = claim.scale if isinstance(claim, Region) else claim.box
+    given = {} if isinstance(claim, GloballyStable) else claim.scale if isinstance(claim, Region) else claim.box
     unknown = [name for name in given if name not in names]
     if unknown:
         raise CertifyError(
@@ -162,7 +172,7 @@ def _without_equilibrium(slopes: Slopes, near: np.ndarray, text: str) -> Verdict
     return Verdict.undecided(text, reason="no isolated equilibrium is found near the operating point")
 
 
-def _sizes(slopes: Slopes, found: Rest, claim: Claim) -> np.ndarray:
+def _sizes(slopes: Slopes, found: Rest, claim: Region | StableWithin) -> np.ndarray:
     """(n,) where each coordinate is far off: what the states' sizes make of it.
 
     A state is far off as told, at its range, else at 1; an estimate as what it estimates.
@@ -241,7 +251,7 @@ def _stuck(form: Form, done: Attempt) -> dict[str, Any]:
     }
 
 
-def _open(slopes: Slopes, found: Rest, claim: Claim, text: str, evidence: dict[str, Any]) -> Verdict:
+def _open(slopes: Slopes, found: Rest, claim: Region | StableWithin, text: str, evidence: dict[str, Any]) -> Verdict:
     """Refuted where a run from a corner of the box is seen to stay away; undecided otherwise."""
     if isinstance(claim, StableWithin):
         corner = _run_away(slopes, found, claim)
@@ -288,47 +298,27 @@ def _proved(
     loop: Loop,
     slopes: Slopes,
     found: Rest,
-    claim: Claim,
+    claim: Region | StableWithin,
     text: str,
     best: _Best,
 ) -> Verdict:
     candidate, level, done = best
-    form, limited = slopes.form, slopes.form.limited
-    still = None if slopes.still is None else slopes.still.form
-    certificate = Certificate(
-        name=limited.name,
-        design=fingerprint(loop),
+    certificate = certificate_of(
+        loop,
+        slopes,
+        found,
         theorem=THEOREM,
-        states=tuple(s.name for s in limited.states),
-        wires=tuple((symbol.name, str(formula)) for symbol, formula in limited.wires),
-        rates=_texts(limited.raw),
-        limited=tuple(s.name for s in limited.limited),
-        lower=_texts(limited.lower),
-        upper=_texts(limited.upper),
-        coordinates=tuple(s.name for s in form.symbols),
-        forward=_texts(form.forward),
-        inverse=_texts(form.inverse),
-        closed=_texts(form.closed),
-        gains=_table(form.gains),
-        moved_commands=_texts(form.commands),
-        outer=form.outer,
-        still_closed=() if still is None else _texts(still.closed),
-        still_gains=() if still is None else _table(still.gains),
-        still_commands=() if still is None else _texts(still.commands),
-        center=_texts(found.center),
-        radius=str(found.radius),
-        P=_table(candidate.P),
+        P=candidate.P,
         level=str(level),
         tree=done.tree,
         box={n: str(_exactly(s)) for n, s in claim.box.items()} if isinstance(claim, StableWithin) else {},
     )
-    names = [s.name for s in limited.states]
-    rest_point = _moved(form, found.numbers[:, None], back=True)
-    reach = _reach(form, found, candidate.P, float(level))
     return Verdict.proved(
         text,
-        equilibrium=dict(zip(names, rest_point[:, 0].tolist(), strict=True)),
-        half_axes=dict(zip(names, reach.tolist(), strict=True)),
+        equilibrium=_resting(slopes, found),
+        half_axes=dict(
+            zip(_names(slopes), _reach(slopes.form, found, candidate.P, float(level)).tolist(), strict=True)
+        ),
         level=float(level),
         sampled_limit=candidate.limit,
         boxes=done.boxes,
@@ -336,12 +326,39 @@ def _proved(
     )
 
 
-def _texts(expressions: Any) -> tuple[str, ...]:
-    return tuple(str(e) for e in expressions)
+def _everywhere(loop: Loop, slopes: Slopes, found: Rest, text: str) -> Verdict:
+    """Whether the loop is globally stable, by the theorem on cascades."""
+    form = slopes.form
+    if not comes_back(form):
+        return Verdict.undecided(text, reason="the inverse of its coordinates is not shown to be one everywhere")
+    try:
+        shown = cascade(slopes)
+    except NotByThisTheoremError as problem:
+        return Verdict.undecided(text, reason=f"not by this theorem: {problem}")
+    growth = {
+        f"∂({symbol}')/∂{error}": worded(bound)
+        for symbol, row in zip(form.symbols, shown.growth, strict=False)
+        for error, bound in zip(form.symbols[form.outer :], row, strict=True)
+        if bound
+    }
+    return Verdict.proved(
+        text,
+        equilibrium=_resting(slopes, found),
+        decay_rates=tuple(float(rate) for rate in shown.rates),
+        **({"growth": growth} if growth else {}),
+        **shown.reach(slopes, found.numbers),
+        certificate=certificate_of(loop, slopes, found, theorem=CASCADE, P=shown.P, rates=shown.rates),
+    )
 
 
-def _table(matrix: sp.MatrixBase) -> tuple[tuple[str, ...], ...]:
-    return tuple(_texts(matrix.row(i)) for i in range(matrix.shape[0]))
+def _names(slopes: Slopes) -> list[str]:
+    return [s.name for s in slopes.form.limited.states]
+
+
+def _resting(slopes: Slopes, found: Rest) -> dict[str, float]:
+    """The equilibrium by state."""
+    point = _moved(slopes.form, found.numbers[:, None], back=True)
+    return dict(zip(_names(slopes), point[:, 0].tolist(), strict=True))
 
 
 def _reach(form: Form, found: Rest, P: sp.Matrix, level: float) -> np.ndarray:

@@ -33,6 +33,9 @@ def prove(
             "the largest ellipsoid that is found.",
         ),
     ] = None,
+    everywhere: Annotated[
+        bool, typer.Option("--global", help="All runs converge, wherever they start (a loop without limits).")
+    ] = False,
     patience: Annotated[float, typer.Option("--patience", min=0.1, help="CPU time for the search, s.")] = 20.0,
     out: Annotated[Path | None, typer.Option(help="Write the certificate for `ulna check` (JSON).")] = None,
     as_json: AsJson = False,
@@ -51,6 +54,8 @@ def prove(
         raise SimulationError("--period", found, "Leave it out: the proof is about the continuous loop.")
     if out is not None and not out.absolute().parent.is_dir():
         raise SimulationError(f"--out '{out}'", "its folder does not exist.", "Make it first.")
+    if everywhere and within:
+        raise SimulationError("--global with --within", "these are two claims.", "Give one of them.")
     system = plant_in_file(plant)
     with progress(f"designing for '{system.name}'"):
         asked = run_of(system, plant, run, design, hardware)
@@ -58,7 +63,9 @@ def prove(
     if moving:
         raise SimulationError(f"the input '{moving[0]}'", "it moves, and the proof is about rest.", "Give a number.")
     with progress("proving"):
-        verdict = proved(asked.loop, _claim(asked.loop, within or []), inputs=asked.inputs, seconds=patience)
+        verdict = proved(
+            asked.loop, _claim(asked.loop, within or [], everywhere=everywhere), inputs=asked.inputs, seconds=patience
+        )
     certificate = verdict.evidence.get("certificate")
     if out is not None and certificate is not None:
         certificate.write(out)
@@ -70,9 +77,11 @@ def prove(
             typer.echo(f"certificate: {out}" if certificate is not None else "no certificate: nothing was proved")
 
 
-def _claim(loop: Loop, within: list[str]) -> Claim:
-    from ulna.certify import Region, StableWithin
+def _claim(loop: Loop, within: list[str], *, everywhere: bool) -> Claim:
+    from ulna.certify import GloballyStable, Region, StableWithin
 
+    if everywhere:
+        return GloballyStable()
     if not within:
         return Region()
     units = {s.name: unit_in(loop.plant, s) for s in loop.plant.states}
