@@ -11,6 +11,7 @@ from ulna.base.errors import (
     UlnaError,
     UlnaWarning,
     UnitError,
+    printable,
 )
 from ulna.base.files import text_of_file, whole_file
 from ulna.base.units import Dimension, Unit, dimension_text, unit
@@ -33,6 +34,7 @@ __all__ = [
     "Verdict",
     "all_of",
     "dimension_text",
+    "printable",
     "text_of_file",
     "unit",
     "whole_file",

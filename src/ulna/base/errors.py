@@ -22,10 +22,10 @@ class UlnaError(Exception):
 
     def __str__(self) -> str:
         text = f"{self.asked}: {self.found}"
-        return _printable(f"{text} {self.hint}" if self.hint else text)
+        return printable(f"{text} {self.hint}" if self.hint else text)
 
 
-def _printable(text: str) -> str:
+def printable(text: str) -> str:
     """The text with control characters spelt out: names of others must not steer the terminal they are shown on."""
     if text.isprintable():
         return text

@@ -28,6 +28,11 @@ _WORDS: tuple[tuple[str, str], ...] = (
     (rf"Saltelli\(base={_NUMBER}\)", r"--runs \1"),
     (rf"sweep\(batch_size={_NUMBER}\)", r"--batch-size \1"),
     (r"DaskWorkers\(\)", "--scheduler"),
+    # Recordings.
+    (r"\brate=([.\d]+)", r"--rate \1"),
+    (rf"\bmains={_NUMBER}", r"--mains \1"),
+    (r"\benvelope=True", "--envelope"),
+    (r"muscles=\('([^']*)'(?:, '([^']*)')?\)", r"--muscles '\1,\2'"),
 )
 
 

@@ -1,100 +1,183 @@
-"""A recording of two muscles in a file: time, flexor, extensor."""
+"""A recording of muscles in a file: text as devices and spreadsheets write it, EDF, BDF, XDF."""
 
 from __future__ import annotations
 
 import csv
-import math
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from ulna.studies.prosthesis.emg_signal import Recording, RecordingError
+from ulna.base import printable
+from ulna.studies.prosthesis.emg_channels import Channels, chosen_channels
+from ulna.studies.prosthesis.emg_clock import read_clock
+from ulna.studies.prosthesis.emg_formats import read_format
+from ulna.studies.prosthesis.emg_kind import is_rectified
+from ulna.studies.prosthesis.emg_sheet import read_sheet
+from ulna.studies.prosthesis.emg_signal import BAND, Recording, RecordingError, band_of
 
-_LAYOUT = "A line holds time in s, flexor in V, extensor in V; one line of titles may stand first."
+BRIDGED = 0.1
+"""s of lost samples in one place over which a straight line is drawn."""
+LOST = 0.1
+"""Share of samples of a muscle that may be lost in all."""
+_VOLTS = {"V": 1.0, "mV": 1e-3, "uV": 1e-6}
 
 
-def read_recording(path: str | Path, *, rate: float | None = None) -> Recording:
-    """The recording in a CSV file.
+def read_recording(
+    path: str | Path,
+    *,
+    rate: float | None = None,
+    muscles: Sequence[str] = (),
+    envelope: bool | None = None,
+) -> Recording:
+    """The recording in a file; `said` of the result tells in one line what was found and assumed.
+
+    Text: columns between commas, tabs, semicolons or spaces, decimal points or commas, under titles, units and comments
+    of any number. A column of times (s, ms, µs, time of day) or of sample numbers, or none and a rate that the titles
+    or `rate` state. EDF, BDF and XDF need the extra `[emg]`.
+
+    Lost samples (gaps in time, empty cells, NaN) are bridged by straight lines up to 0.1 s. An offset larger than the
+    signal (half the supply of a converter) is taken off. A signal that is nowhere negative and slow or one-sided counts
+    as rectified.
 
     Args:
-        path: the file; columns time (s), flexor (V), extensor (V), separated by commas, with or without titles.
-        rate: samples a second it should have; where left out, what its times say.
+        path: the file.
+        rate: samples a second, where the file does not say it; where it does, both must agree.
+        muscles: flexor and extensor, or the one muscle there is: names of columns, or their numbers from 1 on. Left
+            out, the one or two there are, or those whose names tell flexor and extensor.
+        envelope: whether the signals are rectified or envelopes already; found out where left out.
 
     Raises:
-        RecordingError: a file that cannot be read, one channel or too many, text or NaN among the numbers, times that
-            do not increase, a gap, an uneven or wrong rate.
+        RecordingError: a file that cannot be read or used, with line and column where there are any.
+        OptionalDependencyError: EDF, BDF or XDF without the extra.
     """
     source = Path(path)
-    table = _numbers(source)
-    times, samples = table[:, 0], table[:, 1:]
-    steps = np.diff(times)
-    if not (steps > 0).all():
-        row = int(np.flatnonzero(~(steps > 0))[0])
-        raise RecordingError(f"the recording '{source}'", f"time does not increase after {times[row]:g} s.")
-    # The median is right as long as fewer than half of the samples are missing.
-    step = float(np.median(steps))
-    found = 1 / step
-    gaps = np.flatnonzero(steps > 1.5 * step)
-    if len(gaps):
-        missing = round(float((steps[gaps] / step - 1).sum()))
-        at = int(gaps[0])
+    found = read_format(source) or _from_text(source, rate)
+    if rate is not None and abs(found.rate / rate - 1) > 1e-3:
         raise RecordingError(
-            f"the recording '{source}'",
-            f"{len(gaps)} gap(s), {missing} samples missing, the first after {times[at]:g} s.",
-            "Cut it into whole pieces or record again; gaps are not filled in.",
+            f"the recording '{source}' with rate={rate:g}",
+            f"it says {found.rate:.6g} samples a second.",
+            "Leave it out.",
         )
-    if rate is not None and abs(found - rate) > 1e-3 * rate:
-        raise RecordingError(
-            f"the recording '{source}' at {rate:g} samples a second", f"its times say {found:.6g}.", "Give that rate."
-        )
-    uneven = float(np.abs(steps / step - 1).max())
-    if uneven > 0.1:
-        raise RecordingError(
-            f"the recording '{source}'", f"its sampling is uneven: steps differ by {uneven:.0%}.", "Resample it."
-        )
-    exact = (len(times) - 1) / float(times[-1] - times[0])
-    return Recording(rate=rate if rate is not None else float(f"{exact:.9g}"), samples=samples)
+    channels = chosen_channels(found, muscles)
+    samples, bridged = _bridged(channels)
+    rectified = envelope if envelope is not None else is_rectified(samples, channels.rate)
+    words = [*channels.said, *bridged]
+    if rectified:
+        words.append("envelopes, by order" if envelope else "envelopes: nowhere negative, and slow or one-sided")
+    else:
+        samples, offset = _centred(samples, channels)
+        words += offset
+        low, high = band_of(channels.rate)
+        if high < BAND[1]:
+            words.append(f"band {low:g} to {high:g} Hz, as the rate allows")
+    units = set(channels.units)
+    if units <= set(_VOLTS):
+        samples = samples * [_VOLTS[each] for each in channels.units]
+    if len(channels.names) == 1:
+        samples = np.column_stack([samples, np.zeros(len(samples))])
+    recording = Recording(
+        rate=channels.rate,
+        samples=samples,
+        muscles=channels.names,
+        envelope=rectified,
+        unit="V" if units <= set(_VOLTS) else "",
+    )
+    return replace(recording, said=_line(source, recording, words))
 
 
 def write_recording(recording: Recording, path: str | Path) -> Path:
     """Write the recording as `read_recording` reads it; every number to the last bit."""
     target = Path(path)
+    count = len(recording.muscles)
+    unit = f" [{recording.unit}]" if recording.unit else ""
     with target.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
-        writer.writerow(("time", "flexor", "extensor"))
-        for time, (flexor, extensor) in zip(recording.times, recording.samples, strict=True):
-            writer.writerow((repr(float(time)), repr(float(flexor)), repr(float(extensor))))
+        writer.writerow(("time [s]", *(f"{name}{unit}" for name in recording.muscles)))
+        for time, values in zip(recording.times, recording.samples[:, :count], strict=True):
+            writer.writerow((repr(float(time)), *(repr(float(value)) for value in values)))
     return target
 
 
-def _numbers(source: Path) -> np.ndarray:
-    """(N, 3), N ≥ 3."""
-    try:
-        with source.open(newline="", encoding="utf-8-sig") as stream:
-            lines = [(stream_line, row) for stream_line, row in enumerate(csv.reader(stream), start=1) if row]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = getattr(error, "strerror", None) or "it is no text in UTF-8"
-        raise RecordingError(f"the recording '{source}'", f"it cannot be read: {reason}.") from error
-    if lines and not _is_number(lines[0][1][0]):
-        lines = lines[1:]
-    if len(lines) < 3:
-        raise RecordingError(f"the recording '{source}'", f"it holds {len(lines)} samples.", _LAYOUT)
-    rows = []
-    for number, row in lines:
-        if len(row) != 3:
-            channels = "one channel" if len(row) == 2 else f"{max(0, len(row) - 1)} channels"
-            raise RecordingError(f"the recording '{source}'", f"line {number} has {channels}, two are needed.", _LAYOUT)
-        if not all(_is_number(cell) and math.isfinite(float(cell)) for cell in row):
+def _from_text(source: Path, rate: float | None) -> Channels:
+    sheet = read_sheet(source)
+    if len(sheet.lines) < 3:
+        raise RecordingError(
+            f"the recording '{source}'", f"it holds {len(sheet.lines)} samples.", "Record some seconds."
+        )
+    clock = read_clock(sheet, rate)
+    muscles = [j for j in range(len(sheet.names)) if j not in clock.columns]
+    count = int(clock.rows[-1]) + 1
+    if count > len(clock.rows) * 2:
+        at = int(np.diff(clock.rows).argmax())
+        raise RecordingError(
+            f"the recording '{source}'",
+            f"{count - len(clock.rows)} of {count} samples are missing; the longest gap comes after line "
+            f"{sheet.lines[at]}.",
+            "Cut it into whole pieces or record again.",
+        )
+    samples = np.full((count, len(muscles)), np.nan)
+    samples[clock.rows] = sheet.values[:, muscles]
+    lines = np.interp(np.arange(count), clock.rows, sheet.lines).astype(np.int64)
+    return Channels(
+        source=source,
+        names=tuple(sheet.names[j] for j in muscles),
+        numbers=tuple(sheet.numbers[j] for j in muscles),
+        units=tuple(sheet.units[j] for j in muscles),
+        samples=samples,
+        rate=clock.rate,
+        said=(clock.said, *sheet.layout),
+        lines=lines,
+    )
+
+
+def _bridged(channels: Channels) -> tuple[np.ndarray, list[str]]:
+    """Samples with straight lines over what was lost, and how much that was."""
+    samples = channels.samples.copy()
+    at = np.arange(len(samples))
+    total = 0
+    for column, name in enumerate(channels.names):
+        lost = ~np.isfinite(samples[:, column])
+        if not lost.any():
+            continue
+        edges = np.diff(np.concatenate([[0], lost.astype(np.int8), [0]]))
+        starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+        longest = int((ends - starts).argmax())
+        seconds = float(ends[longest] - starts[longest]) / channels.rate
+        if seconds > max(BRIDGED, 1.5 / channels.rate) or lost.mean() > LOST:
+            where = "" if channels.lines is None else f", the longest from line {channels.lines[starts[longest]]} on"
             raise RecordingError(
-                f"the recording '{source}'", f"line {number} is no three finite numbers: {row}.", _LAYOUT
+                f"the recording '{channels.source}'",
+                f"'{name}' lost {int(lost.sum())} of {len(lost)} samples in {len(starts)} gap(s){where} "
+                f"({seconds:.3g} s); up to {BRIDGED:g} s and {LOST:.0%} are bridged.",
+                "Cut it into whole pieces or record again.",
             )
-        rows.append([float(cell) for cell in row])
-    return np.array(rows)
+        total = max(total, int(lost.sum()))
+        samples[lost, column] = np.interp(at[lost], at[~lost], samples[~lost, column])
+    return samples, [f"{total} lost sample{'s' * (total > 1)} bridged"] if total else []
 
 
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+def _centred(samples: np.ndarray, channels: Channels) -> tuple[np.ndarray, list[str]]:
+    """Samples without an offset that is larger than the signal."""
+    middle = np.median(samples, axis=0)
+    spread = samples.std(axis=0)
+    offset = np.where(np.abs(middle) > np.maximum(spread, 0.0), middle, 0.0)
+    if not offset.any():
+        return samples, []
+    values = [f"{value:.4g}{f' {unit}' if unit else ''}" for value, unit in zip(offset, channels.units, strict=True)]
+    if len(set(values)) == 1:
+        return samples - offset, [f"offset {values[0]} removed"]
+    parts = [f"{value} ({name})" for value, name, each in zip(values, channels.names, offset, strict=True) if each]
+    return samples - offset, [f"offset {' and '.join(parts)} removed"]
+
+
+def _line(source: Path, recording: Recording, words: Sequence[str]) -> str:
+    names = ", ".join(recording.muscles)
+    count = "2 muscles" if len(recording.muscles) == 2 else "1 muscle"
+    text = f"{source.name}: {count} ({names}) at {recording.rate:.6g} Hz; {'; '.join(each for each in words if each)}"
+    if len(recording.muscles) == 1:
+        text += "; the other muscle counts as silent"
+    if not recording.unit:
+        text += "; no unit of the signals stated"
+    return printable(text).replace("\n", " ").replace("\t", " ")

@@ -13,6 +13,10 @@ from ulna.base import UlnaError
 BAND = (20.0, 450.0)
 """Where surface electromyograms have their power, Hz (C. J. De Luca, J. Appl. Biomech. 13(2), 1997)."""
 
+LEAST_RATE = 100.0
+"""Samples a second below which raw signals hold too little of the band; 1000 hold all of it."""
+LEAST_ENVELOPE_RATE = 20.0
+
 
 class RecordingError(UlnaError):
     """A recording of muscle signals that cannot be used."""
@@ -24,18 +28,26 @@ class Recording:
 
     Attributes:
         rate: samples a second.
-        samples: (N, 2), V.
+        samples: (N, 2) in `unit`; zeros in the second column where one muscle alone was recorded.
+        muscles: names of the muscles recorded, one or two.
+        envelope: the samples are rectified or smoothed already.
+        unit: "V", or "" where nothing states it.
+        said: in one line, what was found in the file and assumed about it.
 
     Raises:
-        RecordingError: another number of channels, a rate too low for the band, or samples that are not finite.
+        RecordingError: another number of channels, a rate too low, samples that are not finite.
     """
 
     rate: float
     samples: np.ndarray
+    muscles: tuple[str, ...] = ("flexor", "extensor")
+    envelope: bool = False
+    unit: str = "V"
+    said: str = ""
 
     def __post_init__(self) -> None:
-        check_rate("a recording", self.rate)
-        if self.samples.ndim != 2 or self.samples.shape[1] != 2:
+        check_rate("a recording", self.rate, envelope=self.envelope)
+        if self.samples.ndim != 2 or self.samples.shape[1] != 2 or len(self.muscles) not in (1, 2):
             raise RecordingError(
                 "a recording",
                 f"its samples have the shape {self.samples.shape}.",
@@ -59,7 +71,7 @@ class SyntheticMuscles:
     effort times `amplitude`.
 
     Args:
-        rate: samples a second, above 900.
+        rate: samples a second, above 900: the whole band is made.
         amplitude: RMS at full effort, V.
         floor: RMS of the noise at rest, V.
         hum: amplitude of the mains, V. hum_frequency: Hz.
@@ -82,7 +94,11 @@ class SyntheticMuscles:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        check_rate("synthetic muscles", self.rate)
+        if not (2 * BAND[1] < self.rate < math.inf):
+            raise RecordingError(
+                f"synthetic muscles at {self.rate:g} samples a second",
+                f"signals up to {BAND[1]:g} Hz need more than {2 * BAND[1]:g}.",
+            )
         for name in ("amplitude", "floor", "hum", "crosstalk"):
             if not (0 <= getattr(self, name) < math.inf):
                 raise RecordingError(f"synthetic muscles ({name}={getattr(self, name)})", "it must be from 0 on.")
@@ -117,17 +133,23 @@ def synthetic_recording(
     return Recording(rate=muscles.rate, samples=mixed + muscles.hum * np.sin(phase)[:, None])
 
 
-def check_rate(what: str, rate: float) -> None:
-    """Refuse a rate whose Nyquist frequency lies below the band.
+def band_of(rate: float) -> tuple[float, float]:
+    """(lower, upper) limits in Hz of the band that samples at this rate can hold."""
+    return BAND[0], min(BAND[1], 0.45 * rate)
+
+
+def check_rate(what: str, rate: float, *, envelope: bool = False) -> None:
+    """Refuse a rate at which next to nothing of the band is left.
 
     Raises:
         RecordingError: see above.
     """
-    if not (2 * BAND[1] < rate < math.inf):
+    least = LEAST_ENVELOPE_RATE if envelope else LEAST_RATE
+    if not (least <= rate < math.inf):
         raise RecordingError(
             f"{what} at {rate:g} samples a second",
-            f"signals up to {BAND[1]:g} Hz need more than {2 * BAND[1]:g}.",
-            "Record at 1000 or more.",
+            f"{'envelopes' if envelope else 'raw muscle signals'} need {least:g} or more.",
+            "Record at 1000." if envelope else "Record at 1000; if it is an envelope already, say envelope=True.",
         )
 
 

@@ -58,13 +58,14 @@ def demonstration_figure(shown: Demonstration) -> Figure:
     """Muscle signals, activations, and the angle wanted and reached."""
     times = shown.times
     names = ("flexor", "extensor")
-    raw = [Curve(label=name, times=times, values=1e3 * shown.samples[:, k], hue=k) for k, name in enumerate(names)]
+    scale, unit = (1e3, "mV") if shown.unit == "V" else (1.0, "")
+    raw = [Curve(label=name, times=times, values=scale * shown.samples[:, k], hue=k) for k, name in enumerate(names)]
     active = [Curve(label="", times=times, values=shown.activation[:, k], hue=k) for k in range(2)]
     wanted = Curve(label="", times=times, values=np.degrees(shown.wanted), hue=6, dash=2)
     reached = Curve(label="", times=times, values=np.degrees(shown.reached), hue=2)
     return plot_panels(
         (
-            Panel(quantity="muscles", unit="mV", curves=tuple(raw)),
+            Panel(quantity="muscles", unit=unit, curves=tuple(raw)),
             Panel(quantity="activation", unit="", curves=tuple(active)),
             Panel(quantity="angle", unit="deg", curves=(wanted, reached)),
         )

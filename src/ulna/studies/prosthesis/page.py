@@ -50,7 +50,7 @@ _PICTURES = {
 }
 
 
-def document(found: Sequence[Comparison], pictures: Mapping[str, str]) -> Document:
+def document(found: Sequence[Comparison], pictures: Mapping[str, str], muscles: str) -> Document:
     """Return the report; `pictures` holds every figure as SVG text by name."""
     plants = found[0].count
     alone, shared, races = _tally(found)
@@ -70,7 +70,7 @@ def document(found: Sequence[Comparison], pictures: Mapping[str, str]) -> Docume
         sections=(
             Section(anchor="short", title="In short", blocks=_short(found)),
             *(_arm_section(each, pictures) for each in found),
-            Section(anchor="muscles", title="From muscle to motion", blocks=_muscles(pictures)),
+            Section(anchor="muscles", title="From muscle to motion", blocks=_muscles(pictures, muscles)),
             Section(anchor="method", title="How this was made", blocks=_method(found[0])),
         ),
     )
@@ -230,7 +230,7 @@ def _tuned_table(found: Comparison) -> Table:
     return Table(head=("controller", "numbers", "what it is"), rows=rows)
 
 
-def _muscles(pictures: Mapping[str, str]) -> tuple[Block, ...]:
+def _muscles(pictures: Mapping[str, str], said: str) -> tuple[Block, ...]:
     return (
         Text(
             text="Two muscles, flexor and extensor: band-pass, notch, rectified, envelope, normalised, dead band, "
@@ -238,6 +238,8 @@ def _muscles(pictures: Mapping[str, str]) -> tuple[Block, ...]:
             "speed in proportion to their difference, held inside the range of motion; the load-robust compensator "
             "follows."
         ),
+        # Between dollar signs the page sets formulas; names of columns are none.
+        Text(text=f"Read: {said.replace('$', '')}."),
         Picture(
             svg=pictures["muscles"],
             caption="Muscle signals, activations, and the angle wanted (dashed) and reached.",

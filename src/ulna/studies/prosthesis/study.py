@@ -17,6 +17,7 @@ from ulna.studies.prosthesis.animation import animate
 from ulna.studies.prosthesis.comparison import Comparison, compare, plain_results
 from ulna.studies.prosthesis.demonstration import demonstrate
 from ulna.studies.prosthesis.emg_recording import read_recording
+from ulna.studies.prosthesis.emg_signal import Recording
 from ulna.studies.prosthesis.figures import demonstration_figure, spread_figure, task_figure
 from ulna.studies.prosthesis.page import COLUMNS, document
 from ulna.studies.prosthesis.plant import Bench, bench_of
@@ -44,8 +45,9 @@ def study_prosthesis(
     *,
     names: Sequence[str] = (),
     quick: bool = False,
-    recording: str | Path | None = None,
-    calibration: str | Path | None = None,
+    recording: Recording | str | Path | None = None,
+    calibration: Recording | str | Path | None = None,
+    mains: float = 50.0,
 ) -> ProsthesisStudy:
     """Compare the controllers and write `index.html`, which needs nothing else, and `results.json` into a folder.
 
@@ -53,26 +55,27 @@ def study_prosthesis(
         out: the folder; new, empty, or an earlier output, which is replaced.
         names: presets; all where left out, with `quick` the elbow alone.
         quick: few plants.
-        recording: a file of muscle signals for the section on intent; a synthetic one where left out.
-        calibration: a file of the same muscles at their greatest contraction; see `demonstrate`.
+        recording: muscle signals for the section on intent, or their file; synthetic ones where left out.
+        calibration: the same muscles at their greatest contraction; see `demonstrate`.
+        mains: frequency that the notch takes out of the muscle signals, Hz.
 
     Raises:
         UlnaError: an unknown preset, one that cannot lift its load, a recording or folder that cannot be used.
     """
     chosen = [preset(name) for name in names] or ([preset(QUICK_PRESET)] if quick else list(presets()))
     benches = [bench_of(each) for each in chosen]
-    muscles = None if recording is None else read_recording(recording)
-    greatest = None if calibration is None else read_recording(calibration)
-    shown = demonstrate(
-        benches[0], muscles, calibration=greatest, source="" if recording is None else Path(recording).name
-    )
+    shown = demonstrate(benches[0], _read(recording), calibration=_read(calibration), mains=mains)
     folder = Path(out)
     with output_folder(folder) as place:
         found, pictures = _compared(benches, QUICK_PLANTS if quick else PLANTS)
         pictures["muscles"] = svg_text(demonstration_figure(shown), prefix="muscles-")
-        results = {"quick": quick, "presets": {each.bench.preset.name: plain_results(each) for each in found}}
+        results = {
+            "quick": quick,
+            "muscles": shown.said,
+            "presets": {each.bench.preset.name: plain_results(each) for each in found},
+        }
         (place / "results.json").write_text(results_text(results), encoding="utf-8")
-        page = render_page(document(found, pictures))
+        page = render_page(document(found, pictures, shown.said))
         (place / "index.html").write_text(page, encoding="utf-8")
     return ProsthesisStudy(found=found, results=results, folder=folder, page=folder / "index.html")
 
@@ -91,6 +94,10 @@ def summary_table(study: ProsthesisStudy) -> TextTable:
             cells.append("nobody" if best is None else f"{best.title}{value}")
         table.add_row(f"{task.replace('_', ' ')}: {heading.split(': ')[-1]}", *cells)
     return table
+
+
+def _read(recording: Recording | str | Path | None) -> Recording | None:
+    return read_recording(recording) if isinstance(recording, str | Path) else recording
 
 
 def _compared(benches: Sequence[Bench], count: int) -> tuple[tuple[Comparison, ...], dict[str, str]]:
