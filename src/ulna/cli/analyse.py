@@ -14,7 +14,7 @@ from ulna.cli.terminal import console, line, print_json, progress
 
 if TYPE_CHECKING:
     from ulna.base import Verdict
-    from ulna.design import Answer
+    from ulna.design import Analysis, Answer
 
 _COLOURS = {"proved": "green", "refuted": "red", "supported": "yellow", "undecided": "dim"}
 
@@ -43,9 +43,20 @@ def analyse(
         analysis = analyse_system(system, **share, told=found)
     finished()
     point = ", ".join(f"{s.name} = {v}" for s, v in analysis.point.values.items())
-    kind = "equilibrium" if analysis.point.verdict.holds else "no equilibrium"
     rows = {key: _row(answer, as_json) for key, answer in analysis.answers.items()}
-    _show(f"{system.name} at {point} ({kind})", rows, as_json)
+    _show(f"{system.name} at {point} ({_kind(analysis)})", rows, as_json)
+
+
+def _kind(analysis: Analysis) -> str:
+    """Whether the plant rests at the point; that it rests nowhere is said only where it is proved."""
+    verdict, points = analysis.point.verdict, analysis.answers["rest_points"]
+    if verdict.holds:
+        return "equilibrium"
+    if points.verdict.holds and points.value == [] and not points.verdict.evidence.get("within"):
+        return "no equilibrium exists with these inputs"
+    if "state" in verdict.evidence:
+        return f"not at rest there: {verdict.evidence['state']}' = {line(verdict.evidence['rate'], 60)}"
+    return "whether it rests there is open"
 
 
 def _row(answer: Answer, as_json: bool) -> Any:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import lru_cache
 
+import numpy as np
 import sympy as sp
 
 from ulna.base import FormulaError, Status, Verdict
@@ -13,7 +15,9 @@ from ulna.symbolic.exact import SampledZero, ZeroTest, attempt, is_zero
 from ulna.symbolic.formulas import formula, put_in
 from ulna.symbolic.solving import solutions_in_time
 from ulna.system.equilibrium_point import Equilibrium
-from ulna.system.signal import to_si
+from ulna.system.linear_reduction import reduced
+from ulna.system.many_starts import inside, reached_points
+from ulna.system.signal import Signal, to_si
 from ulna.system.system import System
 from ulna.system.zeros import decimal_root
 
@@ -26,6 +30,8 @@ _IN_NUMBERS_SECONDS = 1.5
 """s, for the whole search with numbers for every parameter."""
 _ROUNDING = sp.Rational(1, 1000)
 """How far, relatively, an equilibrium may lie from the values given for the states to count as theirs."""
+_TRIED = 4
+"""Points reached by Newton's method, nearest first, that are looked at closely."""
 _LONG = 20
 """Operations above which an exact equilibrium in numbers is given in decimals."""
 _LONG_IN_SYMBOLS = 60
@@ -41,15 +47,18 @@ def operating_point(system: System) -> Equilibrium:
     """The given operating point, the rest solved for.
 
     What the user left out is sought in this order: at zero; as an equilibrium with inputs at zero; as any
-    equilibrium. Numbers given for states often fit the parameters' values only: where symbols leave no equilibrium the
-    parameters are put at their values. Where none is found the states left out are zero and the verdict is refuted.
+    equilibrium. Zero stands for the nearest value in the declared range. Of several equilibria it is the one nearest to
+    that inside all declared ranges of states and inputs ([equilibria] lists all); one outside does not count, and where
+    there is no other the refusal names it (`outside`). Numbers given for states often fit the parameters' values only:
+    where symbols leave no equilibrium the parameters are put at their values. Where none is found the states left out
+    are zero and the verdict is refuted.
     """
     given = given_values(system)
     rates = system.inline(system.rates)
     rest_states = [s for s in system.state_symbols if s not in given]
     rest_inputs = [s for s in system.input_symbols if s not in given]
-    zero_inputs = dict.fromkeys(rest_inputs, sp.Integer(0))
-    zero_states = dict.fromkeys(rest_states, sp.Integer(0))
+    start = nearest_to_zero(system)
+    zero_inputs, zero_states = ({s: start[s] for s in rest} for rest in (rest_inputs, rest_states))
     candidates = (
         lambda: _solved(rates, {**given, **zero_states}, rest_inputs, system),
         lambda: _solved(rates, {**given, **zero_inputs}, rest_states, system) if rest_states else None,
@@ -70,10 +79,39 @@ def operating_point(system: System) -> Equilibrium:
         if at_values.verdict.holds:
             return _point(system, at_values.values, at_values.verdict, parameters=dict(system.values))
     point = {**given, **zero_states, **zero_inputs}
+    if not system.parameters and (found := _in_decimals(system, rates, given, point)) is not None:
+        return found
     verdict = rests(system, rates, point, _claim(system))
-    if not system.parameters:
-        return _in_decimals(system, rates, given, point) or _point(system, point, verdict)
+    if any(s.lower is not None or s.upper is not None for s in (*system.states, *system.inputs)):
+        everywhere = operating_point(_without_ranges(system))
+        if everywhere.verdict.holds:
+            outside = {s.name: everywhere.values[s.symbol] for s in (*system.states, *system.inputs)}
+            reason = "an equilibrium lies outside the declared ranges"
+            verdict = Verdict.refuted(_claim(system), **{**verdict.evidence, "reason": reason, "outside": outside})
     return _point(system, point, verdict)
+
+
+def nearest_to_zero(system: System) -> dict[sp.Symbol, sp.Expr]:
+    """For states and inputs the number in the declared range that is nearest to zero."""
+    numbers = {}
+    for signal in (*system.states, *system.inputs):
+        lower, upper = signal.lower, signal.upper
+        above, below = lower is not None and lower > 0, upper is not None and upper < 0
+        numbers[signal.symbol] = (lower if above else upper if below else None) or sp.Integer(0)
+    return numbers
+
+
+def in_ranges(system: System, point: Mapping[sp.Symbol, sp.Expr], numbers: Mapping[sp.Symbol, sp.Expr]) -> bool:
+    """Whether states and inputs of a point lie in their declared ranges, parameters at `numbers`."""
+    signals = [s for s in (*system.states, *system.inputs) if s.symbol in point]
+    return all(inside(put_in(point[s.symbol], numbers), (s.lower, s.upper)) for s in signals)
+
+
+def _without_ranges(system: System) -> System:
+    def wide(signals: tuple[Signal, ...]) -> tuple[Signal, ...]:
+        return tuple(replace(s, lower=None, upper=None) for s in signals)
+
+    return replace(system, states=wide(system.states), inputs=wide(system.inputs))
 
 
 @lru_cache(maxsize=64)
@@ -133,6 +171,7 @@ def nearest_solution(
     unknowns: Sequence[sp.Symbol],
     start: Mapping[sp.Symbol, sp.Expr],
     numbers: Mapping[sp.Symbol, sp.Expr],
+    counts: Callable[[Mapping[sp.Symbol, sp.Expr]], bool] = lambda _: True,
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """The exact real solution nearest to a point; unknowns that stay free keep their values there. None without one.
 
@@ -140,6 +179,7 @@ def nearest_solution(
         equations, unknowns: what is solved for what.
         start: value by unknown.
         numbers: for every other symbol, at which distances are measured.
+        counts: whether a solution may be taken.
 
     Raises:
         TooHardError: where the time runs out.
@@ -152,7 +192,7 @@ def nearest_solution(
         free = {u: start[u] for u in unknowns if u not in solution}
         point = {u: free[u] if u in free else solution[u].subs(free) for u in unknowns}
         distance = _distance(point, start, numbers)
-        if distance is not None and (best is None or distance < best[0]):
+        if distance is not None and (best is None or distance < best[0]) and counts(point):
             best = (distance, point)
     return None if best is None else best[1]
 
@@ -173,16 +213,17 @@ def _distance(
 def _solved(
     rates: tuple[sp.Expr, ...], fixed: Mapping[sp.Symbol, sp.Expr], unknowns: list[sp.Symbol], system: System
 ) -> dict[sp.Symbol, sp.Expr] | None:
-    """`fixed` with values for the unknowns that make every rate zero; free ones are set to zero."""
+    """`fixed` with values in range for the unknowns that make every rate zero; free ones are set to zero."""
     equations = [e for r in rates if (e := put_in(r, fixed)) != 0]
     if any(e.has(sp.zoo, sp.nan, sp.oo) for e in equations):
         return None
-    zeros = dict.fromkeys(unknowns, sp.Integer(0))
+    start, numbers = nearest_to_zero(system), stand_ins(system)
+    zeros = {u: start[u] for u in unknowns}
     if not unknowns or not equations:
         return {**fixed, **zeros}
     if any(not e.free_symbols & set(unknowns) and is_zero(e).fails for e in equations):
         return None
-    found = nearest_solution(equations, unknowns, zeros, stand_ins(system))
+    found = nearest_solution(equations, unknowns, zeros, numbers, lambda point: in_ranges(system, point, numbers))
     if found is None:
         return None
     known = len(system.values) == len(system.parameters)
@@ -199,15 +240,17 @@ def _in_decimals(
 
     Inputs stay at zero where the states left out suffice. A point in decimals is `supported` only, with its digits.
     """
+    signals = (*system.states, *system.inputs)
     states = [s for s in system.state_symbols if s not in given]
     inputs = [s for s in system.input_symbols if s not in given]
     for unknowns in (states, [*states, *inputs]):
         equations = [e for r in rates if (e := put_in(r, {s: v for s, v in point.items() if s not in unknowns})) != 0]
         if not unknowns or len(equations) > len(unknowns) or any(e.has(sp.nan, sp.zoo, sp.oo) for e in equations):
             continue
-        for start in (sp.Integer(0), sp.Rational(1, 3)):
-            found = _root(equations, unknowns, dict.fromkeys(unknowns, start))
-            if found is not None:
+        ranges = {signal.symbol: (signal.lower, signal.upper) for signal in signals}
+        for near in _reached(equations, unknowns, point, ranges)[:_TRIED]:
+            found = _root(equations, unknowns, near)
+            if found is not None and in_ranges(system, found[0], {}):
                 verdict = Verdict.supported(_claim(system), method=NEWTON, digits=found[1])
                 return _point(system, {**point, **found[0]}, verdict)
     everything = [*system.state_symbols, *inputs]
@@ -221,6 +264,25 @@ def _in_decimals(
     reason = "an equilibrium lies within the rounding of the values given"
     verdict = Verdict.supported(_claim(system), reason=reason, at=found[0], digits=found[1])
     return _point(system, {**point, **{u: found[0][u] for u in inputs}}, verdict)
+
+
+def _reached(
+    equations: list[sp.Expr],
+    unknowns: list[sp.Symbol],
+    point: Mapping[sp.Symbol, sp.Expr],
+    ranges: Mapping[sp.Symbol, tuple[sp.Expr | None, sp.Expr | None]],
+) -> list[dict[sp.Symbol, sp.Expr]]:
+    """What Newton's method reaches from many starts, nearest to the point first."""
+    left, rest = equations, dict[sp.Symbol, sp.Expr]()
+    if len(equations) == len(unknowns):
+        left, rest = attempt(_SECONDS, "elimination", reduced, equations, unknowns, {}).value or (left, rest)
+    sought = [u for u in unknowns if u not in rest]
+    start = np.array([float(point[u]) for u in sought])
+    reached = reached_points(left, sought, start, [ranges[u] for u in sought]) if sought else np.zeros((not left, 0))
+    places = [dict(zip(sought, map(sp.Float, p), strict=True)) for p in reached]
+    whole = [place | {u: sp.N(put_in(e, place)) for u, e in rest.items()} for place in places]
+    whole = [p for p in whole if all(v.is_real and v.is_finite for v in p.values())]
+    return sorted(whole, key=lambda p: sum(abs(float(p[u] - point[u])) for u in unknowns))
 
 
 def _root(

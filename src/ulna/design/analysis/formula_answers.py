@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 from ulna.base import Verdict
 from ulna.design.analysis.answer import Answer, decided, not_applicable
+from ulna.design.analysis.rest_answers import rest_points
 from ulna.design.forms import (
     LinearisingForm,
     LinearisingOutputs,
@@ -256,5 +257,6 @@ GROUPS: Mapping[tuple[str, ...], Callable[[System], dict[str, Answer]]] = {
     ("observer_form_output_transform", "output_transform"): _output_transformation,
     ("zero_dynamics", "minimum_phase"): _zero_dynamics,
     ("dynamic_extension",): _dynamic_extension,
+    ("rest_points",): rest_points,
 }
 """Which question belongs to which group; a group is answered within one time budget."""

@@ -13,7 +13,7 @@ from ulna.design.control.output_feedback import close_loop
 from ulna.plants import PlantLike
 from ulna.symbolic.exact import attempt, tidy
 from ulna.symbolic.formulas import exact
-from ulna.symbolic.solving import eliminate, real_roots
+from ulna.symbolic.solving import eliminate, zeros_in_box
 from ulna.system import System, SystemLike
 
 
@@ -44,9 +44,8 @@ class PermanentOffset:
         numbers = {p.symbol: p.si_value for p in self.system.parameters if p.si_value is not None}
         numbers |= dict.fromkeys(self.system.input_symbols, sp.Integer(0))
         numbers |= {sp.Symbol(n, real=True): exact(v) for n, v in (values or {}).items()}
-        # Whole coefficients, as interval arithmetic wants them.
         numerator = sp.expand(sp.fraction(sp.together(self.equation.subs(numbers)))[0])
-        roots = real_roots(numerator, self.unknown, *within).values
+        roots = [float(z[self.unknown]) for z in zeros_in_box([numerator], {self.unknown: within}).values]
         if not roots:
             raise DesignError(
                 f"offset of '{self.system.name}'", f"it rests nowhere between {within[0]:g} and {within[1]:g}."

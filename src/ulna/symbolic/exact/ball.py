@@ -35,6 +35,8 @@ class Tape:
 
     leaves: tuple[sp.Basic, ...]
     size: int
+    rigorous: bool
+    """Whether the values are enclosures for wide balls, too: no function goes through SymPy's floats."""
     _others: tuple[tuple[Callable[..., arb], Tape], ...]
     _balls: Callable[..., tuple[arb, ...]]
 
@@ -86,10 +88,12 @@ def tape(expressions: Sequence[sp.Basic]) -> Tape:
         instructions=instructions,
         results=results,
     )
+    functions = tuple((_function(node), tape(node.args)) for node in others)
     return Tape(
         leaves=leaves,
         size=len(instructions),
-        _others=tuple((_function(node), tape(node.args)) for node in others),
+        rigorous=all(map(_encloses, others)) and all(inner.rigorous for _, inner in functions),
+        _others=functions,
         _balls=to_balls(kernel),
     )
 
@@ -132,6 +136,11 @@ def _function(node: sp.Basic) -> Callable[..., arb]:
     if isinstance(node, sp.NumberSymbol):
         return lambda: _from_evalf(node)
     return _by_evalf(node.func) if isinstance(node, sp.Function) else lambda *_: _NAN
+
+
+def _encloses(node: sp.Basic) -> bool:
+    """Whether what `_function` gives for a node encloses all values on the balls of its arguments."""
+    return node in _OTHERS or node.func in _OTHERS or not isinstance(node, sp.Function)
 
 
 def _by_evalf(function: Callable[..., Any]) -> Callable[..., arb]:
