@@ -132,6 +132,7 @@ if TYPE_CHECKING:
     from ulna.sim import Implicit as Implicit
     from ulna.sim import Interpolated as Interpolated
     from ulna.sim import Metrics as Metrics
+    from ulna.sim import Mode as Mode
     from ulna.sim import Outcome as Outcome
     from ulna.sim import Paths as Paths
     from ulna.sim import Settling as Settling
@@ -185,7 +186,7 @@ _HOME = {
         "ulna.program": "Fused Plain",
         "ulna.sim": """
             Crossing Direction Ends Ensemble Event EventKind Figures FixedSteps Gpu Held Implicit Interpolated
-            metrics Metrics Outcome Paths Settling simulate Taylor Trajectory""",
+            metrics Metrics Mode Outcome Paths Settling simulate Taylor Trajectory""",
         "ulna.sim.python_control": "from_control to_control",
         "ulna.system": """
             connect control_affine ControlAffine Definition equilibria Equilibria equilibrium Equilibrium

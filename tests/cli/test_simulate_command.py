@@ -190,7 +190,7 @@ def test_a_static_law_is_no_plant(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("equation", "outcome"), [("x^2", "blew_up"), ("-sign(x)", "sliding"), ("-1/(2*sqrt(x))", "edge")]
+    ("equation", "outcome"), [("x^2", "blew_up"), ("sign(x - 1)", "ambiguous"), ("-1/(2*sqrt(x))", "edge")]
 )
 def test_a_run_that_fails_is_printed_and_has_status_1(equation, outcome, tmp_path):
     path = tmp_path / "failing.toml"
@@ -198,6 +198,17 @@ def test_a_run_that_fails_is_printed_and_has_status_1(equation, outcome, tmp_pat
     done = ulna("simulate", str(path), "--initial", "1", "--horizon", "3", "--json")
     assert done.exit_code == 1
     assert f'"outcome": "{outcome}"' in done.stdout
+
+
+def test_sticking_is_printed_and_has_status_0(tmp_path):
+    path = tmp_path / "block.toml"
+    path.write_text('name = "block"\n[states]\nx = "v"\nv = "-sign(v)"\n')
+    arguments = ("simulate", str(path), "--initial", "0,0.5", "--horizon", "2")
+    done = ulna(*arguments)
+    assert done.exit_code == 0
+    assert "sticks at t = 0.5 s (v = 0)" in done.stdout
+    modes = json.loads(ulna(*arguments, "--json").stdout)["modes"]
+    assert [(mode["held"], mode["end"]) for mode in modes] == [([], 0.5), (["v = 0"], 2.0)]
 
 
 def test_the_exit_status_of_the_program():

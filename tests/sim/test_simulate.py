@@ -242,18 +242,6 @@ def test_dry_friction_at_rest_stays_at_rest() -> None:
     assert simulate(system({"x": -sp.sign(x)}), [0.0], 1.0).final_state[0] == 0.0
 
 
-def test_sliding_along_a_jump_ends_the_run_where_it_begins() -> None:
-    run = simulate(system({"x": -sp.sign(x)}), [1.0], GRID, throw=False)
-    assert run.outcome is Outcome.SLIDING
-    assert run.times[-1] == pytest.approx(1.0, abs=1e-13)
-    # Spring and dry friction: half swings about ±1/5 until the spring cannot overcome the friction.
-    sticking = system({"x": y, "y": -sp.sign(y) - 5 * x})
-    run = simulate(sticking, (1.0, 0.0), np.linspace(0, 10, 101), throw=False)
-    assert run.outcome is Outcome.SLIDING
-    assert run.times[-1] == pytest.approx(2 * math.pi / math.sqrt(5), abs=1e-12)
-    assert run.final_state[0] == pytest.approx(0.2, abs=1e-12)
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

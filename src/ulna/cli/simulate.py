@@ -17,7 +17,9 @@ from ulna.cli.options import AsJson, DesignOptions, HardwareOptions, PlantOption
 from ulna.cli.terminal import console, print_json, progress
 
 if TYPE_CHECKING:
-    from ulna.sim import Crossing, Settling, Trajectory
+    from collections.abc import Sequence
+
+    from ulna.sim import Crossing, Event, Settling, Trajectory
     from ulna.system import Signal
 
 
@@ -153,6 +155,7 @@ def _data(trajectory: Trajectory, reached: Sequence[Settled]) -> dict[str, Any]:
             }
             for event in trajectory.events
         ],
+        "modes": [{"start": m.start, "end": m.end, "held": list(m.held)} for m in trajectory.modes],
         "settling": [{"output": each.output, "target": each.target, "time": each.time} for each in reached],
         "time": trajectory.times.tolist(),
         "signals": series,
@@ -178,8 +181,11 @@ def _print(trajectory: Trajectory, reached: Sequence[Settled]) -> None:
         numbers = (values[0], values[-1], values.min(), values.max())
         table.add_row(escape(signal.label), *(f"{v:.6g}" for v in numbers))
     console().print(table)
-    if trajectory.events:
-        console().print(_events(trajectory))
+    events = [event for event in trajectory.events if event.kind.name not in STAYS]
+    if events:
+        console().print(_events(events))
+    for line in _stays(trajectory):
+        console().print(escape(line))
     for each in reached:
         console().print(escape(each.text), soft_wrap=True)
     if trajectory.note:
@@ -192,16 +198,33 @@ _SHOWN = 40
 """Events that a table shows; JSON has them all."""
 
 
-def _events(trajectory: Trajectory) -> Any:
+STAYS = ("HELD", "RELEASED")
+"""Events that are told in words."""
+
+
+def _stays(trajectory: Trajectory) -> list[str]:
+    """When the motion comes to stay on a surface, and when it goes on."""
+    found, states = [], {signal.name for signal in trajectory.system.states}
+    for event in trajectory.events:
+        if event.kind.name in STAYS:
+            sticks = event.signal.partition(" = ")[0] in states
+            ways = ("sticks", "slips") if sticks else ("stays on the surface", "leaves the surface")
+            what = ways[event.kind.name == "RELEASED"]
+            found.append(f"{what} at t = {event.time:.6g} s ({event.signal})")
+    more = len(found) - _SHOWN
+    return found if more <= 0 else [*found[:_SHOWN], f"and {more} times more"]
+
+
+def _events(events: Sequence[Event]) -> Any:
     from rich.markup import escape
     from rich.table import Table
 
-    count = len(trajectory.events)
+    count = len(events)
     title = f"events (the first {_SHOWN} of {count})" if count > _SHOWN else "events"
     table = Table(title=title, title_justify="left")
     for heading in ("t [s]", "signal", "what", "direction"):
         table.add_column(escape(heading), justify="right" if heading == "t [s]" else "left")
-    for event in trajectory.events[:_SHOWN]:
+    for event in events[:_SHOWN]:
         way = {1: "up", -1: "down"}.get(event.direction, "")
         table.add_row(f"{event.time:.9g}", escape(event.signal), event.kind.value, way)
     return table

@@ -24,22 +24,26 @@ from ulna.program.lowering.javascript import to_javascript
 from ulna.program.lowering.numba import GPU_HEADER, HEADER, PYTHON, TEMPLATES, cache_folder, compiled, literal
 from ulna.program.lowering.numpy import to_numpy
 from ulna.program.lowering.python_source import to_python, to_python_source
-from ulna.program.modes import MODE, Moded, with_modes
+from ulna.program.modes import GUARD, MODE, Moded, surfaces_of, with_modes
 from ulna.program.precision import Precision
 from ulna.program.scalar import Scalar
+from ulna.program.sliding import CONTACT, SLOPE, Moving, add_up, sliding
 from ulna.program.tangent import at_zero, slopes_along, tangents
 from ulna.program.terms import Terms
 
 __all__ = [
     "BITS",
+    "CONTACT",
     "COSTLY",
     "C_FLAGS",
     "GPU_HEADER",
+    "GUARD",
     "HEADER",
     "HOISTED",
     "MODE",
     "PYTHON",
     "REST",
+    "SLOPE",
     "TEMPLATES",
     "AbstractArithmetic",
     "Assembly",
@@ -53,12 +57,14 @@ __all__ = [
     "InstructionList",
     "Kernel",
     "Moded",
+    "Moving",
     "Operation",
     "Plain",
     "Precision",
     "Scalar",
     "Terms",
     "Unwritten",
+    "add_up",
     "at_zero",
     "balls_by_name",
     "bound",
@@ -85,9 +91,11 @@ __all__ = [
     "open_derivatives",
     "pruned",
     "restricted",
+    "sliding",
     "slopes_along",
     "solved",
     "solved_for_inputs",
+    "surfaces_of",
     "tangents",
     "to_ball_series",
     "to_balls",

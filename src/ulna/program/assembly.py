@@ -43,10 +43,13 @@ class Assembly:
                 values.append(self._listing.emit(instruction.operation, *(values[k] for k in instruction.operands)))
         return {name: Scalar(self._listing, values[k]) for name, k in zip(kernel.outputs, kernel.results, strict=True)}
 
-    def finished(self, outputs: Mapping[str, Scalar]) -> Kernel:
-        """The kernel of these outputs; inputs that none of them needs are left out."""
+    def finished(self, outputs: Mapping[str, Scalar], inputs: Sequence[str] | None = None) -> Kernel:
+        """The kernel of these outputs over the inputs given; without them inputs that none needs are left out."""
         needed = _needed(self._listing.instructions, [each.index for each in outputs.values()])
-        names = {name: index for name, index in self._inputs.items() if index in needed}
+        if inputs is None:
+            names = {name: index for name, index in self._inputs.items() if index in needed}
+        else:
+            names = {name: self.input(name).index for name in inputs}
         place = {index: position for position, index in enumerate(names.values())}
 
         def moved(index: int) -> int:

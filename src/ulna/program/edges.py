@@ -46,7 +46,7 @@ class Edges:
 def edges_of(kernel: Kernel, still: Collection[str]) -> Edges:
     """The edges that can be reached while the inputs named in `still` keep their values."""
     out = InstructionList(len(kernel.inputs))
-    values, texts = copied(kernel, out), _Texts(kernel)
+    values, texts = copied(kernel, out), Texts(kernel)
     fixed = [name in still for name in kernel.inputs]
     results, names, places = [], [], []
     for place, instruction in enumerate(kernel.instructions):
@@ -79,7 +79,7 @@ def edges_of(kernel: Kernel, still: Collection[str]) -> Edges:
     return Edges(kernel=found, names=tuple(names), places=tuple(places))
 
 
-class _Texts:
+class Texts:
     """The values of a kernel as formulas that people read."""
 
     def __init__(self, kernel: Kernel) -> None:
@@ -87,6 +87,7 @@ class _Texts:
         self._known: dict[int, tuple[str, int]] = {}
 
     def shortened(self, value: int) -> str:
+        """One of them, its middle left out where it is long."""
         text = self._of(value)[0]
         return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} … {text[-LONGEST // 2 :]}"
 

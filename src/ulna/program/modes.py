@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
+from ulna.program.edges import Texts
 from ulna.program.instructions import Instruction, InstructionList, Operation, pruned
 from ulna.program.kernel import Kernel
 
@@ -58,6 +60,16 @@ def with_modes(kernel: Kernel) -> Moded:
     kept, renumbered = pruned(len(inputs), listing.instructions, results)
     moded = Kernel(name=kernel.name, inputs=inputs, outputs=outputs, instructions=kept, results=renumbered)
     return Moded(kernel=moded, guards=len(pairs))
+
+
+def surfaces_of(kernel: Kernel, still: Collection[str]) -> tuple[str, ...]:
+    """The surfaces at which guards are zero, "v = 0", while the inputs named in `still` keep their values."""
+    texts, fixed, pairs = Texts(kernel), [name in still for name in kernel.inputs], {}
+    for instruction in kernel.instructions:
+        fixed.append(all(fixed[k] for k in instruction.operands))
+        if _jumps(instruction) and not fixed[-1]:
+            pairs[_pair(kernel, instruction)[0]] = None
+    return tuple(f"{texts.shortened(a)} = {0 if b == ZERO else texts.shortened(b)}" for a, b in pairs)
 
 
 def _jumps(instruction: Instruction) -> bool:

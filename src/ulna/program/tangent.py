@@ -42,13 +42,13 @@ def tangents(original: Kernel, along: Sequence[str], *, piecewise: bool = False)
     )
 
 
-def slopes_along(original: Kernel, speeds: Mapping[str, str]) -> Kernel:
+def slopes_along(original: Kernel, speeds: Mapping[str, str], *, piecewise: bool = False) -> Kernel:
     """The kernel of Σ ∂output/∂input · speed for every output, under its own name.
 
     Applied twice it gives mixed second slopes (Griewank and Walther, Evaluating Derivatives, 2nd ed., section 13.1).
 
     Args:
-        original: smooth in the inputs that move.
+        original: smooth in the inputs that move. piecewise: see `tangents`.
         speeds: for each of those the name of its speed, which becomes an input after those of the original.
 
     Raises:
@@ -59,7 +59,8 @@ def slopes_along(original: Kernel, speeds: Mapping[str, str]) -> Kernel:
     place = {name: k for k, name in enumerate(inputs)}
     out = InstructionList(len(inputs))
     values = copied(original, out)
-    slopes = _sweep(original, out, values, {place[name]: place[speed] for name, speed in speeds.items()})
+    moving = {place[name]: place[speed] for name, speed in speeds.items()}
+    slopes = _sweep(original, out, values, moving, piecewise=piecewise)
     found = [slopes[k] for k in original.results]
     results = [out.constant(0.0) if slope is None else slope for slope in found]
     instructions, kept = pruned(len(inputs), out.instructions, results)

@@ -10,6 +10,7 @@ from ulna.sim.event import Event, EventKind
 from ulna.sim.figures import BAND, last_entry, output_figures
 from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated, as_input, input_values
 from ulna.sim.metrics import InputMetrics, Metrics, OutputMetrics, metrics, output_metrics
+from ulna.sim.mode import Mode
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Ends, Figures, Paths
 from ulna.sim.rest import rest_values
@@ -40,6 +41,7 @@ __all__ = [
     "InputMetrics",
     "Interpolated",
     "Metrics",
+    "Mode",
     "Outcome",
     "OutputMetrics",
     "Paths",

@@ -22,8 +22,8 @@ class Ensemble:
 
     Attributes:
         system: what was run; of a loop with a processor its plant. horizon: s.
-        code: (N,) place in `CODES`: 0 finished, 1 blew up, 2 not finite, 3 sliding, 4 step limit,
-            5 stopped, 6 at the edge of its domain, 7 steps too long.
+        code: (N,) place in `CODES`: 0 finished, 1 blew up, 2 not finite, 3 ambiguous, 4 step limit,
+            5 stopped, 6 at the edge of its domain, 7 steps too long, 8 switchings without end.
         end_time: (N,) s, where the run ended.
         final_state: (N, n).
         peak_input, rms_input: (N, m) of the driven inputs, by `input_names`; none of continuous runs.

@@ -17,9 +17,9 @@ class Outcome(Enum):
         "the state or its derivative stopped being a finite number",
         "Look for a division by zero, a root or a logarithm of a negative number on the way.",
     )
-    SLIDING = (
-        "a jump pushes the state back from both sides",
-        "Dry friction at rest or a switching law: replace the jump by a steep slope, e.g. tanh.",
+    AMBIGUOUS = (
+        "several motions go on from a jump of the right-hand side",
+        "Start off the surface, on the side that is meant, or write as one jump what acts together.",
     )
     STEP_LIMIT = (
         "the largest number of steps was used up before the final time",
@@ -33,6 +33,11 @@ class Outcome(Enum):
     COARSE = (
         "the plant moved too fast for the steps between two samples",
         "Leave out FixedSteps(number=...), sample faster, or leave out of the plant what is that fast.",
+    )
+
+    ZENO = (
+        "switchings without end pile up at one instant",
+        "Nothing is known beyond; a small dead band or hysteresis keeps them apart.",
     )
 
     @property

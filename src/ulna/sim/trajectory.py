@@ -16,6 +16,7 @@ from ulna.program import Kernel, to_numpy
 from ulna.sim.cache import IdentityCache
 from ulna.sim.event import Event
 from ulna.sim.inputs import Input, input_values
+from ulna.sim.mode import Mode, modes_of
 from ulna.sim.outcome import Outcome
 from ulna.symbolic.compiling import kernel
 from ulna.system import Signal, System
@@ -81,6 +82,14 @@ class Trajectory:
         evaluate = _READOUTS.get(system, None, lambda: to_numpy(_readouts(system)))
         columns = evaluate(*self.states.T, *self.inputs.T, *(self.parameters[p.name] for p in system.parameters))
         return np.stack(np.broadcast_arrays(self.times, *columns)[1:], axis=1)
+
+    @cached_property
+    def modes(self) -> tuple[Mode, ...]:
+        """The spans of the run, one after the other, and the surfaces of jumps on which it stays in each of them.
+
+        One span that holds nothing where the motion sticks and slides nowhere.
+        """
+        return modes_of(self.events, float(self.times[0]), float(self.times[-1]))
 
     @property
     def final_state(self) -> np.ndarray:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from ulna.program import Branch, Moded, to_python
+from ulna.program import GUARD, Branch, Kernel, Moded, Moving, add_up, restricted, sliding, tangents, to_python
 from ulna.sim.continuous.layout import Layout
 from ulna.sim.continuous.stiffness import Stiffness
 from ulna.sim.event import Event, EventKind
@@ -38,6 +39,9 @@ rounding and of one to its tolerance."""
 CHATTER = 100
 """Changes at one instant after which nothing moves any more."""
 
+PILE, PILE_TIME = 12, 1e-8
+"""So many events within so small a part of a run pile up without end."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scheme:
@@ -58,44 +62,87 @@ class Scheme:
     branches: tuple[Branch, ...] = ()
 
 
+class Form:
+    """The kernel of a motion that holds some guards at zero, and what is made of it."""
+
+    def __init__(self, kernel: Kernel, layout: Layout) -> None:
+        self.kernel = kernel
+        self.stiffness = Stiffness(kernel, layout)
+        self.evaluate: Callable[..., tuple[float, ...]] = to_python(kernel)
+
+
 class Motion:
     """The kernel of a scheme in Python: rates and watched values at one instant.
 
     Args:
-        scheme: what moves. stiffness: the slopes of its rates, where short spans are long beside its fastest decay.
+        scheme: what moves. explicit: whether short spans are short beside its fastest decay.
     """
 
-    def __init__(self, scheme: Scheme, stiffness: Stiffness | None = None) -> None:
+    def __init__(self, scheme: Scheme, *, explicit: bool) -> None:
         self.scheme = scheme
-        self._stiffness = stiffness
-        self.bend = BEND if stiffness is None else FINE_BEND
-        self.near = NEAR if stiffness is None else ROUGHLY_NEAR
-        self._evaluate = to_python(scheme.moded.kernel)
+        self.bend = BEND if explicit else FINE_BEND
+        self.near = NEAR if explicit else ROUGHLY_NEAR
+        self._explicit = explicit
         self._count = len(scheme.layout.states)
+        self._forms: dict[tuple[int, ...], Form] = {(): Form(scheme.moded.kernel, scheme.layout)}
+        self._adding: dict[tuple[int, ...], bool] = {}
+        layout = scheme.layout
+        self._moving = Moving(states=layout.states, ramps=layout.ramps, time=layout.time, walls=scheme.walls)
 
     def __call__(self, at: Course, time: float, state: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
-        """((n,) rates as they are with the walls, watched values and guards)."""
-        found = self._evaluate(*self.arguments(at, time, state))
+        """((n,) rates as they are with the walls, watched values and guards; of what is held its level, at the end)."""
+        found = self.form(at.held).evaluate(*self.arguments(at, time, state))
         rates = np.array(found[: self._count])
         for contact, (position, velocity) in zip(at.contacts, self.scheme.walls, strict=True):
             if contact:
                 rates[position] = rates[velocity] = 0.0
         return rates, found[self._count :]
 
+    def form(self, held: tuple[int, ...]) -> Form:
+        """The motion along the surfaces of some guards; made when it is first met."""
+        if held not in self._forms:
+            kernel = sliding(self.scheme.moded.kernel, held, self._moving)
+            self._forms[held] = Form(kernel, self.scheme.layout)
+        return self._forms[held]
+
     def arguments(self, at: Course, time: float, state: np.ndarray) -> list[float]:
         """The inputs of the kernel."""
         modes = [*at.modes, *at.rests]
+        if at.held:
+            modes += [*at.contacts, *self.scheme.layout.slopes(at.values)]
         return self.scheme.layout.arguments(time, state.tolist(), at.values, at.saturated, modes)
 
     def slopes(self, at: Course, time: float, state: np.ndarray) -> np.ndarray | None:
-        """(n, n) ∂rate/∂state as it is with the walls; None where it is not known."""
-        found = None if self._stiffness is None else self._stiffness.slopes(self.arguments(at, time, state))
+        """(n, n) ∂rate/∂state as it is with the walls; None where it is not known or not asked for."""
+        found = None if self._explicit else self.form(at.held).stiffness.slopes(self.arguments(at, time, state))
         if found is None:
             return None
         for contact, places in zip(at.contacts, self.scheme.walls, strict=True):
             if contact:
                 found[list(places)] = 0.0
         return found
+
+    @cached_property
+    def _normals(self) -> Callable[..., tuple[float, ...]]:
+        guards = [f"{GUARD}{k}" for k in range(self.scheme.moded.guards)]
+        layout = self.scheme.layout
+        names = [*layout.states, *layout.ramps, *([] if layout.time is None else [layout.time])]
+        return to_python(tangents(restricted(self.scheme.moded.kernel, guards), names, piecewise=True))
+
+    def normals(self, at: Course) -> tuple[np.ndarray, np.ndarray]:
+        """((guards, n) slopes of the guards along the states, (guards,) their rates while the states stand still)."""
+        layout, guards = self.scheme.layout, self.scheme.moded.guards
+        arguments = self.arguments(replace(at, held=()), at.time, at.state)
+        found = np.array(self._normals(*arguments)).reshape(-1, guards).T
+        drift = [*layout.slopes(at.values), *([] if layout.time is None else [1.0])]
+        return found[:, : self._count], found[:, self._count :] @ np.array(drift)
+
+    def add_up(self, guards: tuple[int, ...]) -> bool:
+        """Whether the jumps at some guards contribute to the rates one by one."""
+        if guards not in self._adding:
+            kernel = self.scheme.moded.kernel
+            self._adding[guards] = add_up(kernel, guards, kernel.outputs[: self._count])
+        return self._adding[guards]
 
     def moved(self, at: Course, span: float, steps: int = 1) -> np.ndarray:
         """(n,) state a short span later: steps of Heun, where the system is stiff linearly implicit ones of Euler."""
@@ -118,10 +165,10 @@ class Course:
 
     Attributes:
         span: s, length of the whole run. values: constants and ramp coefficients of the stretch.
-        until: s, beyond which nothing is known yet. modes: of guards. rests: of branches, 1 at the edge. saturated: of
-            limits. contacts: of walls (−1 at the lower stop, 1 at the upper, else 0).
+        until: s, beyond which nothing is known yet. modes: of guards. held: guards that stay at zero. rests: of
+            branches, 1 at the edge. saturated: of limits. contacts: of walls (−1 at the lower stop, 1 at the upper).
         sides: (F,) of each event function: sign of value − level, 0 where it is not looked at. levels, weights: (F,).
-        events: what happened. outcome: how it ended, None while it goes on.
+        reactions: when events were found. events: what happened. outcome: how it ended, None while it goes on.
         divisors: (n,) of the states, see `Yardstick`.
     """
 
@@ -134,6 +181,7 @@ class Course:
     saturated: list[float]
     contacts: list[float]
     rests: list[float]
+    held: tuple[int, ...] = ()
     until: float = 0.0
     sides: np.ndarray
     levels: np.ndarray
@@ -141,6 +189,7 @@ class Course:
     events: list[Event] = field(default_factory=list)
     outcome: Outcome | None = None
     watchers: Sequence[Any] = ()
+    reactions: list[float] = field(default_factory=list)
     begun: bool = False
     divisors: np.ndarray | None = None
 
@@ -151,6 +200,10 @@ class Course:
     def value(self, place: int) -> float:
         """One of the values that the motion shows besides the rates."""
         return self.motion(self, self.time, self.state)[1][place]
+
+    def level(self, guard: int) -> float:
+        """Where between the two sides of its surface the jump of a guard stands that is held: λ of `sliding`."""
+        return self.motion(self, self.time, self.state)[1][self.held.index(guard) - len(self.held)]
 
     def distances(self, state: np.ndarray | None = None, time: float | None = None) -> np.ndarray:
         """(F,) value − level of every event function, here or at another state."""
@@ -185,6 +238,7 @@ class Course:
             levels=self.levels.copy(),
             weights=self.weights.copy(),
             events=list(self.events),
+            reactions=list(self.reactions),
             watchers=[copy(watcher) for watcher in self.watchers],
         )
 
@@ -217,6 +271,10 @@ class Course:
     def react(self, function: int, until: float) -> None:
         """Let an event happen that was found here, unless the value only touches its level, and go on from it."""
         self.until = until
+        self.reactions.append(self.time)
+        if len(self.reactions) > PILE and self.time - self.reactions[-1 - PILE] < PILE_TIME * self.span:
+            self._piled_up(function)
+            return
         edge = next((watcher for watcher in self.watchers if watcher.at_edge(self, function)), None)
         if edge is not None:
             edge.crossed(self, function)
@@ -232,6 +290,7 @@ class Course:
         self.until = until
         if not len(self.sides):
             return
+        function = 0
         for _ in range(CHATTER):
             if self.outcome is not None:
                 return
@@ -246,8 +305,14 @@ class Course:
                 for watcher in self.watchers:
                     watcher.decide(self)
                 return
-            self._happen(int(wrong[0]))
-        self.outcome = Outcome.SLIDING
+            function = int(wrong[0])
+            self._happen(function)
+        self._piled_up(function)
+
+    def _piled_up(self, function: int) -> None:
+        watcher = next((each for each in self.watchers if function in each.functions), None)
+        self.tell(EventKind.ZENO, "" if watcher is None else watcher.named(function), 0.0)
+        self.outcome = Outcome.ZENO
 
     def moment(self) -> float:
         """A short span, s, over which the motion is straight and that ends before what is known to happen next."""

@@ -28,6 +28,10 @@ class Layout:
         """Place of the first mode in the vector of run-time values: constants, (a, b) for each ramp, modes."""
         return len(self.constants) + 2 * len(self.ramps)
 
+    def slopes(self, values: list[float]) -> list[float]:
+        """How fast each ramp grows."""
+        return values[len(self.constants) + 1 : self.first_mode : 2]
+
     def arguments(
         self, time: float, state: list[float], values: list[float], saturated: list[float], modes: list[float]
     ) -> list[float]:

@@ -13,7 +13,18 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import SimulationError
-from ulna.program import Edges, Kernel, branches_of, edges_of, hoist, to_numpy, to_python, with_branches, with_modes
+from ulna.program import (
+    Edges,
+    Kernel,
+    branches_of,
+    edges_of,
+    hoist,
+    surfaces_of,
+    to_numpy,
+    to_python,
+    with_branches,
+    with_modes,
+)
 from ulna.sim.cache import IdentityCache
 from ulna.sim.continuous.course import Scheme
 from ulna.sim.continuous.flow import Flow
@@ -66,7 +77,7 @@ class Prepared:
         ready: the flow's constants for the default parameters when no input varies between runs, else None.
         rules: what the run obeys and reports, None where that is nothing.
         edges: where the right-hand side stops being defined. branches: what happens at the edge of each root that the
-            flow watches.
+            flow watches. surfaces: at which it jumps, by name.
         shown: the system with its limits written out. commands: of what is limited, None where nothing is.
     """
 
@@ -75,6 +86,7 @@ class Prepared:
     rules: Rules | None
     edges: Edges
     branches: tuple[str, ...]
+    surfaces: tuple[str, ...]
     shown: System
     commands: Commands | None
     before: Callable[..., tuple[float, ...]]
@@ -129,6 +141,7 @@ def _prepare(
         rules=wanted,
         edges=edges,
         branches=tuple(n for n, k in zip(edges.names, edges.places, strict=True) if k in watched),
+        surfaces=surfaces_of(whole, fixed),
         shown=system if wanted is None else wanted.shown,
         commands=_commands(system, wanted) if wanted is not None and wanted.limits else None,
         before=before,

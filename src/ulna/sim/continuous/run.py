@@ -175,7 +175,8 @@ def _stretches(
     flow, sizes = ready.flow, Yardstick()
     course: Any = None
     if isinstance(flow, Switching):
-        course = new_course(flow.motion, ready.rules, float(times[-1] - times[0]), ready.branches)
+        span = float(times[-1] - times[0])
+        course = new_course(flow.motion, ready.rules, span, ready.surfaces, ready.branches)
     all_times, all_states, outcome = [times[:1]], [state[None, :]], Outcome.FINISHED
     stiff = False
     for start, end in pairwise(edges):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ulna.program import MODE, REST
+from ulna.program import CONTACT, MODE, REST, SLOPE
 from ulna.sim.continuous.course import Course, Scheme
 from ulna.sim.continuous.flow import compiled, last_good, sources, states_of
 from ulna.sim.continuous.switching import Leg, Switching
@@ -33,7 +33,7 @@ class SwitchedFlow(Switching):
             codes.err_nf_state: Outcome.NOT_FINITE,
         }
         self._settings = settings
-        self._integrators: dict[tuple[bool, bool], Any] = {}
+        self._integrators: dict[tuple[bool, bool, tuple[int, ...]], Any] = {}
 
     @property
     def explicit(self) -> bool:
@@ -42,7 +42,7 @@ class SwitchedFlow(Switching):
 
     def leg(self, course: Course, times: np.ndarray, steps: int, *, bounded: bool) -> Leg:
         """See `Switching`."""
-        integrator = self._integrator(bounded=bounded, divided=course.divisors is not None)
+        integrator = self._integrator(course, bounded=bounded)
         self._set(integrator, course)
         result = integrator.propagate_grid(np.concatenate(([course.time], times)), max_steps=steps)
         code, rows, at, last = result[0], result[5][1:], float(integrator.time), integrator.state.copy()
@@ -74,12 +74,13 @@ class SwitchedFlow(Switching):
         integrator.pars[:] = given[: len(integrator.pars)]
         integrator.reset_cooldowns()
 
-    def _integrator(self, *, bounded: bool, divided: bool) -> Any:
-        if (bounded, divided) not in self._integrators:
-            self._integrators[bounded, divided] = self._compiled(bounded=bounded, divided=divided)
-        return self._integrators[bounded, divided]
+    def _integrator(self, course: Course, *, bounded: bool) -> Any:
+        key = (bounded, course.divisors is not None, course.held)
+        if key not in self._integrators:
+            self._integrators[key] = self._compiled(course.held, bounded=bounded, divided=key[1])
+        return self._integrators[key]
 
-    def _compiled(self, *, bounded: bool, divided: bool) -> Any:
+    def _compiled(self, held: tuple[int, ...], *, bounded: bool, divided: bool) -> Any:
         import heyoka as hy
 
         from ulna.program.lowering.heyoka import to_heyoka
@@ -92,7 +93,9 @@ class SwitchedFlow(Switching):
         first += len(modes)
         count, functions = len(scheme.walls), len(scheme.functions)
         variables, known, inverses = states_of(layout, first + count + 2 * functions if divided else None)
-        given = to_heyoka(scheme.moded.kernel, sources(layout, known) | own)
+        own |= {f"{CONTACT}{k}": hy.par[first + k] for k in range(count)}
+        own |= {f"{SLOPE}{k}": hy.par[len(layout.constants) + 2 * k + 1] for k in range(len(layout.ramps))}
+        given = to_heyoka(self.motion.form(held).kernel, sources(layout, known) | own)
         expressions = list(given.values())
         rates, watched = expressions[: len(variables)], expressions[len(variables) :]
         rates = [rate * inverse for rate, inverse in zip(rates, inverses, strict=True)] if divided else rates

@@ -10,7 +10,7 @@ import numpy as np
 
 from ulna.sim.continuous.course import Course, Motion, Scheme
 from ulna.sim.continuous.flow import Stretch, ended_early, inside
-from ulna.sim.continuous.stiffness import APPROACH, Stiffness
+from ulna.sim.continuous.stiffness import APPROACH
 from ulna.sim.continuous.yardstick import Yardstick
 from ulna.sim.outcome import Outcome
 
@@ -49,8 +49,7 @@ class Switching(ABC):
         self.scheme = scheme
         self.bound = bound
         self._steps = steps
-        self._stiffness = Stiffness(scheme.moded.kernel, scheme.layout)
-        self.motion = Motion(scheme, None if self.explicit else self._stiffness)
+        self.motion = Motion(scheme, explicit=self.explicit)
 
     @abstractmethod
     def leg(self, course: Course, times: np.ndarray, steps: int, *, bounded: bool) -> Leg:
@@ -132,7 +131,8 @@ class Switching(ABC):
         if not self.explicit or leg.outcome is not Outcome.STEP_LIMIT:
             return False
         arguments = self.motion.arguments(course, leg.time, leg.state)
-        return self._stiffness.holds(arguments, (leg.time - began) / APPROACH, end - leg.time, steps)
+        stiffness = self.motion.form(course.held).stiffness
+        return stiffness.holds(arguments, (leg.time - began) / APPROACH, end - leg.time, steps)
 
 
 def _stopped(course: Course, times: np.ndarray, states: np.ndarray) -> Stretch:

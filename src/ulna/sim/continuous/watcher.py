@@ -29,6 +29,10 @@ class Watcher(ABC):
         """Whether an event that was found here means that it meets the edge of its domain, whichever function it is."""
         return False
 
+    def named(self, function: int) -> str:  # noqa: ARG002
+        """What it is that one of its functions tells of."""
+        return ""
+
     def jumped(self, at: Course) -> None:  # noqa: B027
         """The state was moved by hand: decide jumps anew."""
 

@@ -12,16 +12,13 @@ from ulna.program import Branched, Moded
 from ulna.sim.continuous.branch_watcher import WatchedBranch
 from ulna.sim.continuous.course import REST, Course, Motion, Scheme
 from ulna.sim.continuous.crossing import Crossing
+from ulna.sim.continuous.jump_watcher import WatchedJumps
 from ulna.sim.continuous.layout import Layout
 from ulna.sim.continuous.rules import Limit, Rules, Wall
 from ulna.sim.continuous.settling import Settling
 from ulna.sim.continuous.watcher import Watcher
 from ulna.sim.event import Event, EventKind
 from ulna.sim.outcome import Outcome
-
-LOOK = 1e-7
-"""Seconds over which the direction of a guard is looked at after a jump."""
-
 
 ROUNDING = 1e-15
 """How far behind an end stop a position is met again that rested there, as part of the larger of 1 and the bound."""
@@ -71,12 +68,16 @@ def _places(wanted: Rules | None) -> Iterator[int]:
         place += 1
 
 
-def new_course(motion: Motion, wanted: Rules | None, span: float, names: Sequence[str]) -> Course:
-    """The course of a run that has not begun; `names` tell what happens at each branch."""
+def new_course(
+    motion: Motion, wanted: Rules | None, span: float, surfaces: Sequence[str], names: Sequence[str]
+) -> Course:
+    """The course of a run that has not begun; names of the surfaces of jumps, and of what happens at each branch."""
     scheme = motion.scheme
     functions = len(scheme.functions)
     free = functions - sum(branch.signs + 2 for branch in scheme.branches) - scheme.moded.guards
-    jumps = WatchedJumps(range(free, free + scheme.moded.guards))
+    guards = scheme.moded.guards
+    surfaces = surfaces if len(surfaces) == guards else ["a jump of the right-hand side"] * guards
+    jumps = WatchedJumps(range(free, free + guards), surfaces)
     branches: list[Watcher] = []
     free += scheme.moded.guards
     # Jumps that are decided may leave fewer roots.
@@ -113,43 +114,6 @@ def new_course(motion: Motion, wanted: Rules | None, span: float, names: Sequenc
         weights=np.ones(functions),
         watchers=watchers or [jumps, *branches],
     )
-
-
-class WatchedJumps(Watcher):
-    """The guards of the jumps in the right-hand side: their modes are the sides."""
-
-    def begin(self, at: Course) -> None:
-        """See `Watcher`."""
-        at.modes[:] = [0.0] * len(self.functions)
-        # A guard may itself depend on modes.
-        for _ in self.functions:
-            found = [at.side(k) for k in self.functions]
-            if found == at.modes:
-                break
-            at.modes[:] = found
-        at.sides[self.functions.start : self.functions.stop] = at.modes
-
-    def crossed(self, at: Course, function: int) -> None:
-        """See `Watcher`."""
-        side = -float(at.sides[function])
-        at.sides[function] = at.modes[function - self.functions.start] = side
-        watched = at.motion(at, at.time, at.state)[1]
-        later = at.motion(at, at.time + LOOK, at.motion.moved(at, LOOK))[1]
-        place = at.motion.scheme.functions[function]
-        change = later[place] - watched[place]
-        # The other side pushes straight back; a bounce takes a velocity far from where its sign changes.
-        if change * side < 0.0 and abs(watched[place]) <= abs(change):
-            at.outcome = Outcome.SLIDING
-
-    def decide(self, at: Course) -> None:
-        """See `Watcher`."""
-        for function in self.functions:
-            if not at.sides[function]:
-                at.sides[function] = at.modes[function - self.functions.start] = at.side(function)
-
-    def jumped(self, at: Course) -> None:
-        """See `Watcher`."""
-        self.begin(at)
 
 
 class WatchedLimit(Watcher):
