@@ -157,6 +157,7 @@ if TYPE_CHECKING:
     from ulna.system import linearise as linearise
     from ulna.system import read_system as read_system
     from ulna.system import system_from_mapping as system_from_mapping
+    from ulna.system import with_uses as with_uses
     from ulna.system import write_system as write_system
 
 _HOME = {
@@ -190,7 +191,7 @@ _HOME = {
         "ulna.sim.python_control": "from_control to_control",
         "ulna.system": """
             connect control_affine ControlAffine Definition equilibria Equilibria equilibrium Equilibrium
-            Linearisation linearise Parameter read_system Signal System system_from_mapping write_system""",
+            Linearisation linearise Parameter read_system Signal System system_from_mapping with_uses write_system""",
     }.items()
     for name in names.split()
 }

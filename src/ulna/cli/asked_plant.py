@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ulna.base import SimulationError
 from ulna.cli.options import PlantOptions
-from ulna.cli.typed_values import known_name, named_values, quantity, unit_in
+from ulna.cli.typed_values import known_name, named_values, quantity, typed_list, unit_in
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -29,11 +29,22 @@ def plant_in_file(options: PlantOptions) -> System:
     """The same with the values of its file.
 
     Raises:
-        UlnaError: if it is neither a file nor in the catalogue.
+        UlnaError: if it is neither a file nor in the catalogue, or has no output that `--output` or `--measured` names.
     """
     from ulna.plants import as_plant
+    from ulna.system import with_uses
 
-    return as_plant(options.name)
+    system = as_plant(options.name)
+    known = [s.name for s in system.outputs]
+    chosen = {
+        use: [known_name(name, known, f"{flag} {name}", "output") for text in given for name in typed_list(text)]
+        for use, flag, given in (
+            ("controlled", "--output", options.controlled),
+            ("measured", "--measured", options.measured),
+        )
+        if given
+    }
+    return with_uses(system, **chosen) if chosen else system
 
 
 def parameter_values(system: System, entries: Sequence[str], *, also: Sequence[Parameter] = ()) -> dict[str, sp.Expr]:

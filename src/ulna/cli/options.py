@@ -67,6 +67,19 @@ class PlantOptions:
         ),
     ] = field(default_factory=list)
 
+    controlled: Annotated[
+        list[str],
+        typer.Option(
+            "--output",
+            metavar="NAME",
+            help="An output to control, where the file does not say which: 'y1', 'y1,y2'. Repeatable.",
+        ),
+    ] = field(default_factory=list)
+    measured: Annotated[
+        list[str],
+        typer.Option("--measured", metavar="NAME", help="An output that an observer reads. Repeatable."),
+    ] = field(default_factory=list)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DesignOptions:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ulna.base import DesignError, NoFormError, UlnaWarning
@@ -22,7 +22,7 @@ from ulna.design.observers import (
     transformed_observer_form,
 )
 from ulna.plants import PlantLike, as_plant
-from ulna.system import System
+from ulna.system import System, controlled_part, measured_part, with_uses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,6 +76,8 @@ def controller_for(
     outputs_only: bool = False,
     reference: AbstractReference | None = None,
     integral: bool = False,
+    controlled: Sequence[str] | None = None,
+    measured: Sequence[str] | None = None,
 ) -> Controller:
     """The controller of a plant: the law in its controller form, the observer in its observer form, and both joined.
 
@@ -86,6 +88,8 @@ def controller_for(
             `HighGain(...)` or `KalmanNoise(...)` for a plant that has neither; or a ready observer.
         outputs_only: linearise the plant's outputs only (input-output form), not the whole state.
         reference: `SetPoint()` or `Track()`; left out, the law holds the operating point.
+        controlled, measured: names of the outputs that the law is for, and of those that the observer reads; left out,
+            what the plant says of its outputs (`with_uses`), which is both.
         integral: add integral action, which needs one more pole per chain.
 
     Raises:
@@ -95,7 +99,7 @@ def controller_for(
     Warns:
         UlnaWarning: if the outputs alone are linearised and what is left to itself may run away.
     """
-    plant = as_plant(plant)
+    plant = with_uses(as_plant(plant), controlled=controlled, measured=measured)
     if law is None and observer is None:
         what = "Give law=[-2, -3, -4], say, observer=[-9, -10, -11], or both."
         raise DesignError(f"a controller for '{plant.name}'", "neither a law nor an observer is asked for.", what)
@@ -105,9 +109,9 @@ def controller_for(
         found = "there is no law to add it to." if law is None else "the law is designed already."
         raise DesignError(wants[0], found, "Give law= the poles.")
     if law is not None and not isinstance(law, Law):
-        law = _law(plant, law, outputs_only=outputs_only, reference=reference, integral=integral)
+        law = _law(controlled_part(plant), law, outputs_only=outputs_only, reference=reference, integral=integral)
     if observer is not None and not isinstance(observer, Observer):
-        observer = _observer(plant, observer)
+        observer = _observer(measured_part(plant), observer)
     both = compensator(law, observer) if law is not None and observer is not None else None
     system = next(part.system for part in (both, law, observer) if part is not None)
     return Controller(plant=plant, law=law, observer=observer, compensator=both, system=system)

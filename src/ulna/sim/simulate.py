@@ -69,8 +69,7 @@ def simulate(
         events: what a continuous run reports besides saturation and end stops: `Crossing(...)`, `Settling(...)`. A
             terminal crossing ends it.
         targets: by output name where it should end, for figures and settling events, else 0.
-        seed: of noise and clock; for N runs N of them, or the first of N that follow each other.
-        threads: of many runs, by default one for each core.
+        seed: of noise and clock; for N runs N of them, or the first of N that follow. threads: of many runs.
         throw: raise where one run does not reach the end; otherwise the trajectory says so in `outcome`.
 
     Raises:

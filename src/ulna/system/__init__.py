@@ -14,6 +14,7 @@ from ulna.system.right_hand_side import SystemKernel, system_kernel
 from ulna.system.schema import system_from_mapping, system_to_mapping
 from ulna.system.signal import Definition, Parameter, Signal, to_si
 from ulna.system.system import System
+from ulna.system.uses import controlled_part, measured_part, with_uses
 from ulna.system.zeros import Zeros, newton
 
 __all__ = [
@@ -35,17 +36,20 @@ __all__ = [
     "as_system",
     "connect",
     "control_affine",
+    "controlled_part",
     "equilibria",
     "equilibrium",
     "equilibrium_in_numbers",
     "given_point",
     "known_signs",
     "linearise",
+    "measured_part",
     "newton",
     "read_system",
     "system_from_mapping",
     "system_kernel",
     "system_to_mapping",
     "to_si",
+    "with_uses",
     "write_system",
 ]

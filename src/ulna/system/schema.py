@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Mapping
+from dataclasses import replace
 from decimal import Decimal
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -22,13 +23,15 @@ _SECTIONS = ("parameters", "definitions", "states", "inputs", "outputs", "operat
 _TOP = ("format", "name", "text", "source", "dimensions", "catalogue")  # the last is read by the catalogue alone
 _LONGEST = 100
 """Letters of a name: it stands in tables, figures and the names of files."""
+_USES = ("measured", "controlled")
+"""What an output is for: true where left out."""
 _SIGNAL_KEYS = {"unit", "text", "range"}
 _KEYS: Mapping[str, set[str]] = {
     "parameters": _SIGNAL_KEYS | {"value", "source"},
     "states": _SIGNAL_KEYS | {"equation"},
     "definitions": {"zero", "unit"},
     "inputs": _SIGNAL_KEYS,
-    "outputs": _SIGNAL_KEYS | {"equation"},
+    "outputs": _SIGNAL_KEYS | {"equation", *_USES},
 }
 
 
@@ -88,7 +91,8 @@ def system_to_mapping(system: SystemLike) -> dict[str, Any]:
         },
         "inputs": {s.name: _entry(s) for s in system.inputs},
         "outputs": {
-            s.name: _entry(s) | {"equation": formula(r)} for s, r in zip(system.outputs, system.readouts, strict=True)
+            s.name: _entry(s) | {"equation": formula(r)} | {use: False for use in _USES if not getattr(s, use)}
+            for s, r in zip(system.outputs, system.readouts, strict=True)
         },
         "operating_point": {name: _text(value) for name, value in system.operating_point},
     }
@@ -154,8 +158,15 @@ def _signals(data: Mapping[str, Any], section: str, where: str) -> tuple[Signal,
                 "Signals are SI inside: write rad, m, A, V. Parameters may carry any unit.",
             )
         lower, upper = _range(row, asked)
-        signals.append(Signal(name=name, unit=text, text=_words(row, "text", asked), lower=lower, upper=upper))
+        signal = Signal(name=name, unit=text, text=_words(row, "text", asked), lower=lower, upper=upper)
+        signals.append(replace(signal, **{use: _flag(row, use, asked) for use in _USES if use in row}))
     return tuple(signals)
+
+
+def _flag(row: Mapping[str, Any], key: str, asked: str) -> bool:
+    if not isinstance(row[key], bool):
+        raise PlantError(asked, f"{key} = {_shown(row[key])}.", f"Write {key} = true or {key} = false.")
+    return row[key]
 
 
 def _parameter(name: str, entry: Any, where: str) -> Parameter:

@@ -19,6 +19,7 @@ class Signal:
             told.
         text: what it is, in a few words.
         lower, upper: its range, exact, or None where unbounded.
+        measured, controlled: of an output what it is for.
     """
 
     name: str
@@ -26,6 +27,8 @@ class Signal:
     text: str = ""
     lower: sp.Expr | None = None
     upper: sp.Expr | None = None
+    measured: bool = True
+    controlled: bool = True
 
     @property
     def symbol(self) -> sp.Symbol:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 import sympy as sp
@@ -20,9 +20,11 @@ from ulna.system import (
     Equilibrium,
     System,
     control_affine,
+    controlled_part,
     equilibrium,
     equilibrium_in_numbers,
     given_point,
+    measured_part,
     system_kernel,
 )
 
@@ -83,7 +85,8 @@ def analyse(
     """Answer every question of docs/analysis.md for a plant.
 
     Args:
-        system: the plant, or its name or file; parameters stay symbolic except where stability needs numbers.
+        system: the plant, or its name or file. Keys that begin with `observ` are about its measured outputs, all others
+            about the controlled ones; parameters stay symbolic except where stability needs numbers.
         seconds: time for each group of answers.
         groups: all groups together may take this many times as long.
         told: called with the answers so far, at the start, where all are undecided, and after each group.
@@ -92,6 +95,13 @@ def analyse(
         NotAffineError: if the plant is not affine in its inputs, the one thing nothing can be said without.
     """
     system = as_plant(system)
+    by, seen = controlled_part(system), measured_part(system)
+    if [s.name for s in by.outputs] != [s.name for s in seen.outputs]:
+        found = analyse(by, seconds=seconds, groups=groups, told=told)
+        watched = analyse(seen, seconds=seconds, groups=groups)
+        further = {key: answer for key, answer in watched.answers.items() if key.startswith("observ")}
+        return replace(found, system=system, answers={**found.answers, **further})
+    system = by
     keys = tuple(key for group in GROUPS for key in group)
     answers = {key: not_applicable(key, "the time was spent", ran_out=True) for key in keys}
     if told is not None:
