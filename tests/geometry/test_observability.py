@@ -6,9 +6,8 @@ import pytest
 import sympy as sp
 
 from ulna.base import Status, UlnaError
-from ulna.geometry import accessible_decomposition, observability, observable_decomposition
+from ulna.geometry import accessible_decomposition, observability, observable_decomposition, observation_space
 from ulna.geometry.decomposition import accessible_structure, observable_structure
-from ulna.geometry.observation import observation_space
 from ulna.symbolic.exact import is_zero
 from ulna.system import System, control_affine, system_from_mapping
 

@@ -2,7 +2,12 @@
 
 from ulna.geometry.brackets import Accessibility, accessibility, bracket_name
 from ulna.geometry.coordinates import Diffeomorphism, diffeomorphism, new_symbols
-from ulna.geometry.decomposition import Decomposition, accessible_decomposition, observable_decomposition
+from ulna.geometry.decomposition import (
+    Decomposition,
+    accessible,
+    accessible_decomposition,
+    observable_decomposition,
+)
 from ulna.geometry.decoupling import RelativeDegree, relative_degree, relative_degree_of
 from ulna.geometry.distributions import (
     Distribution,
@@ -23,6 +28,7 @@ from ulna.geometry.lie import (
 )
 from ulna.geometry.numeric import NumericRank, NumericStructure, degrees_in_numbers, numeric_structure
 from ulna.geometry.observation import Observability, differentials, observability
+from ulna.geometry.observation_space import ObservationSpace, observation_space
 from ulna.geometry.oneform import OneForm, closed, exterior_derivative, frobenius, one_form
 
 __all__ = [
@@ -34,10 +40,12 @@ __all__ = [
     "NumericRank",
     "NumericStructure",
     "Observability",
+    "ObservationSpace",
     "OneForm",
     "Potential",
     "RelativeDegree",
     "accessibility",
+    "accessible",
     "accessible_decomposition",
     "annihilator",
     "bracket_name",
@@ -63,6 +71,7 @@ __all__ = [
     "numeric_structure",
     "observability",
     "observable_decomposition",
+    "observation_space",
     "one_form",
     "relative_degree",
     "relative_degree_of",

@@ -17,7 +17,9 @@ from ulna.geometry.coordinates import Diffeomorphism, diffeomorphism, new_symbol
 from ulna.geometry.distributions import Distribution, distribution
 from ulna.geometry.leaves import first_integrals
 from ulna.geometry.lie import lie_bracket, lie_derivative
-from ulna.geometry.observation import differentials, observation_space
+from ulna.geometry.observation import differentials
+from ulna.geometry.observation_space import observation_space
+from ulna.geometry.smoothness import require_smooth
 from ulna.symbolic.exact import SampledZero, attempt, generic_rank, is_zero, tidy
 from ulna.system import ControlAffine, System, control_affine, equilibrium
 
@@ -115,6 +117,22 @@ def accessible_span(view: ControlAffine) -> Distribution:
                 added.append(field)
         newest = [lie_bracket(mover, field, view.x) for field in added for mover in (view.f, *view.input_fields)]
     return distribution(kept, view.x)
+
+
+def accessible(system: System) -> tuple[Verdict, int]:
+    """Whether inputs reach an open set of states from almost every one, and the dimension of what they move.
+
+    The rank condition on brackets of the inputs' fields with the drift *and with each other* (strong accessibility:
+    Sussmann and Jurdjevic, J. Differential Equations 12 (1972)); weaker than the conditions of linearisation.
+    """
+    view = control_affine(system)
+    require_smooth([*view.f, *view.g], f"accessibility of '{system.name}'")
+    span, n = accessible_span(view), len(view.x)
+    claim = f"'{system.name}' is accessible: brackets of its fields have rank {n}"
+    dimension = len(span.fields)
+    if dimension == n:
+        return Verdict.proved(claim, rank=n), n
+    return Verdict.refuted(claim, rank=dimension), dimension
 
 
 def accessible_structure(view: ControlAffine, fixed: Sequence[sp.Expr]) -> Verdict:

@@ -1,8 +1,7 @@
 """Observability: what the outputs and their derivatives along the flow tell about the state (paper eq. 43-44).
 
-Rows are differentials of functions L_f^k h_i. The drift alone gives Kalman's matrix of a linear plant and the one the
-observer form is built from; with the inputs' fields as well the functions span the observation space, whose
-differentials decide whether two states can be told apart by *some* input (Hermann and Krener, IEEE TAC 22 (1977)).
+Rows are differentials of functions L_f^k h_i: the drift alone gives Kalman's matrix of a linear plant and the one the
+observer form is built from. What *some* input shows besides: `observation_space`.
 """
 
 from __future__ import annotations
@@ -105,50 +104,6 @@ def differentials(functions: tuple[Expr, ...], coordinates: tuple[Symbol, ...]) 
     return ImmutableDenseMatrix(len(functions), len(coordinates), entries)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ObservationSpace:
-    """Functions whose differentials span the smallest codistribution with dh that is invariant under f and all g_j.
-
-    Attributes:
-        view: the control-affine view.
-        functions: independent functions, outputs first, then iterated Lie derivatives of low order.
-        rank: generic rank of their differentials (the dimension of the observable part).
-        observable: on "some input tells almost any two near states apart".
-    """
-
-    view: ControlAffine
-    functions: tuple[Expr, ...]
-    rank: Rank
-    observable: Verdict
-
-
-@lru_cache(maxsize=64)
-def observation_space(system: System) -> ObservationSpace:
-    """The observable functions with inputs included; stops when a level of Lie derivatives adds no dimension.
-
-    Raises:
-        UlnaError: for terms without derivatives (abs, sign, …); NotAffineError if the inputs do not enter linearly.
-    """
-    view = control_affine(system)
-    require_smooth([*view.f, *view.g, *view.h], f"observability of '{system.name}'")
-    kept: list[Expr] = []
-    newest = list(view.h)
-    while newest and len(kept) < len(view.x):
-        added: list[Expr] = []
-        for function in newest:
-            if len(kept) < len(view.x) and _extends(kept, function, view.x):
-                kept.append(function)
-                added.append(function)
-        newest = [lie_derivative(h, field, view.x) for h in added for field in (view.f, *view.input_fields)]
-    rank = generic_rank(differentials(tuple(kept), view.x))
-    return ObservationSpace(
-        view=view,
-        functions=tuple(kept),
-        rank=rank,
-        observable=_full(rank, view, "by some input", differentials(tuple(kept), view.x)),
-    )
-
-
 def _chains(view: ControlAffine) -> list[list[Expr]]:
     """For every output the functions h, L_f h, …: n of them for a single output, else the independent ones."""
     if view.h.rows == 1:
@@ -161,7 +116,7 @@ def _chains(view: ControlAffine) -> list[list[Expr]]:
     kept: list[Expr] = []
     while newest and len(kept) < len(view.x):
         for i, function in list(newest.items()):
-            if len(kept) < len(view.x) and _extends(kept, function, view.x):
+            if len(kept) < len(view.x) and extends(kept, function, view.x):
                 kept.append(function)
                 chains[i].append(function)
                 newest[i] = lie_derivative(function, view.f, view.x)
@@ -170,7 +125,8 @@ def _chains(view: ControlAffine) -> list[list[Expr]]:
     return chains
 
 
-def _extends(kept: list[Expr], function: Expr, coordinates: tuple[Symbol, ...]) -> bool:
+def extends(kept: list[Expr], function: Expr, coordinates: tuple[Symbol, ...]) -> bool:
+    """Whether the differential of a function is independent of those of the functions kept."""
     if not function.free_symbols & set(coordinates):
         return False
     return generic_rank(differentials((*kept, function), coordinates), seconds=0).value > len(kept)

@@ -20,7 +20,15 @@ from ulna.design.forms import (
 )
 from ulna.design.internal import minimum_phase, zero_dynamics
 from ulna.design.observers import ObserverForm, find_observer_form, output_transformation
-from ulna.geometry import RelativeDegree, accessibility, new_symbols, observability, relative_degree
+from ulna.geometry import (
+    RelativeDegree,
+    accessibility,
+    accessible,
+    new_symbols,
+    observability,
+    observation_space,
+    relative_degree,
+)
 from ulna.symbolic.exact import zero_set
 from ulna.symbolic.solving import on_branch
 from ulna.system import System, equilibrium_in_numbers
@@ -134,13 +142,23 @@ def _input_output(system: System) -> dict[str, Answer]:
 
 
 def _observability(system: System) -> dict[str, Answer]:
+    keys = ("observability_rank", "observability_rank_at_point", "observability_rank_without_inputs")
     if not system.outputs:
-        return {k: not_applicable(k, _NO_OUTPUT) for k in ("observability_rank", "observability_rank_at_point")}
-    found = observability(system)
+        return {k: not_applicable(k, _NO_OUTPUT) for k in keys}
+    found, drift = observation_space(system), observability(system)
+    without = drift.observable.restated(drift.observable.claim.replace(" (rank", " without inputs (rank"))
     return {
         "observability_rank": Answer(verdict=found.observable, value=found.rank.value),
         "observability_rank_at_point": Answer(verdict=found.observable_at_point, value=found.at_point.value),
+        "observability_rank_without_inputs": Answer(verdict=without, value=drift.rank.value),
     }
+
+
+def _accessibility(system: System) -> dict[str, Answer]:
+    if not system.inputs:
+        return {"accessibility_rank": not_applicable("accessibility_rank", _NO_INPUT)}
+    verdict, dimension = accessible(system)
+    return {"accessibility_rank": Answer(verdict=verdict, value=dimension)}
 
 
 def _observer(system: System) -> dict[str, Answer]:
@@ -248,7 +266,8 @@ GROUPS: Mapping[tuple[str, ...], Callable[[System], dict[str, Answer]]] = {
         "q_closed",
         "integrating_factor",
     ): _linearisation,
-    ("observability_rank", "observability_rank_at_point"): _observability,
+    ("accessibility_rank",): _accessibility,
+    ("observability_rank", "observability_rank_at_point", "observability_rank_without_inputs"): _observability,
     (
         "observer_form",
         "observer_T",

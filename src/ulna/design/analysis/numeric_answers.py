@@ -42,8 +42,12 @@ def _structure(system: System, found: NumericStructure) -> dict[str, Answer]:
         "full_state_linearizable": decided(full.restated("full-state linearisable")),
     }
     if found.observability_rank is not None and found.observability_rank_at_point is not None:
-        answers["observability_rank"] = _ranked("generic rank", found.observability_rank)
-        answers["observability_rank_at_point"] = _ranked("rank at the point", found.observability_rank_at_point)
+        # Along the drift alone: inputs can only add to it.
+        answers["observability_rank_without_inputs"] = _ranked("generic rank", found.observability_rank)
+        if found.observability_rank.value == n or not system.inputs:
+            answers["observability_rank"] = _ranked("generic rank", found.observability_rank)
+        if found.observability_rank_at_point.value == n or not system.inputs:
+            answers["observability_rank_at_point"] = _ranked("rank at the point", found.observability_rank_at_point)
     return answers
 
 

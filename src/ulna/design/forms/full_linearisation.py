@@ -13,10 +13,14 @@ from ulna.base import DesignError, NoFormError, Verdict, all_of
 from ulna.design.forms.linearisability_conditions import Linearisability
 from ulna.design.forms.linearising_form import LinearisingForm, form_of
 from ulna.design.forms.output_search import LinearisingOutputs, linearises, linearising_outputs
-from ulna.geometry import RelativeDegree, relative_degree, relative_degree_of
+from ulna.geometry import RelativeDegree, accessible, relative_degree, relative_degree_of
 from ulna.plants import PlantLike, as_plant
+from ulna.symbolic.exact import attempt
 from ulna.symbolic.formulas import formula
 from ulna.system import ControlAffine, System, control_affine
+
+_SECONDS = 2.0
+"""s, for brackets that only explain a refusal."""
 
 
 def controller_form(system: PlantLike, outputs: Sequence[sp.Expr] | None = None, **misplaced: Any) -> LinearisingForm:
@@ -124,7 +128,7 @@ def _broken(conditions: Linearisability) -> str:
     n = len(found.view.x)
     if found.controllable.fails:
         fields = ", ".join(dict.fromkeys(found.name_of(field) for level in found.levels for field in level))
-        return f"span{{{fields}}} has rank {found.rank} instead of {n}, so some of the state cannot be reached"
+        return f"span{{{fields}}} has rank {found.rank} instead of {n}{_accessible(found.view.system, n)}"
     evidence = conditions.involutive.evidence
     at = ", ".join(f"{s} = {float(v):.3g}" for s, v in evidence["point"].items())
     near = f" near {at}" if at else ""
@@ -132,3 +136,14 @@ def _broken(conditions: Linearisability) -> str:
         f"{evidence['bracket']} leaves span{{{', '.join(evidence['span'])}}}{near}, "
         f"rank {evidence['rank_after']} instead of {evidence['rank_before']}"
     )
+
+
+def _accessible(system: System, n: int) -> str:
+    """What that says about reaching states, where it is known: brackets of the inputs with each other count there."""
+    found = attempt(_SECONDS, "accessibility", accessible, system).value
+    if found is None:
+        return ""
+    verdict, dimension = found
+    if verdict.holds:
+        return f" (the plant is accessible all the same: brackets of the inputs with each other make it {n})"
+    return f", and brackets of all fields reach no more than {dimension} dimensions: part of the state moves by itself"
