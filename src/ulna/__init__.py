@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from ulna.design import AbstractGainRule as AbstractGainRule
     from ulna.design import Analysis as Analysis
     from ulna.design import Answer as Answer
+    from ulna.design import Bandwidth as Bandwidth
     from ulna.design import Compensator as Compensator
     from ulna.design import Controller as Controller
     from ulna.design import HighGain as HighGain
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from ulna.design import Law as Law
     from ulna.design import LinearisingForm as LinearisingForm
     from ulna.design import LinearQuadratic as LinearQuadratic
+    from ulna.design import Method as Method
     from ulna.design import Observer as Observer
     from ulna.design import ObserverForm as ObserverForm
     from ulna.design import Poles as Poles
@@ -72,6 +74,8 @@ if TYPE_CHECKING:
     from ulna.design import high_gain_observer as high_gain_observer
     from ulna.design import injected_observer as injected_observer
     from ulna.design import input_output_form as input_output_form
+    from ulna.design import local_law as local_law
+    from ulna.design import local_observer as local_observer
     from ulna.design import normal_form as normal_form
     from ulna.design import observer_form as observer_form
     from ulna.design import state_feedback as state_feedback
@@ -170,11 +174,11 @@ _HOME = {
             CampaignError CampaignResult Choice Grid LatinHypercube LogUniform Measures Normal open_campaign
             quantiles Random replay Saltelli sensitivity settled_fraction Sobol sweep Uniform worst_cases""",
         "ulna.design": """
-            AbstractGainRule analyse Analysis Answer close_loop Compensator compensator Controller controller_for
-            controller_form dynamic_extension exact_observer extended_kalman_filter flat_output high_gain_observer
-            HighGain injected_observer input_output_form KalmanNoise Law LinearisingForm LinearQuadratic
-            normal_form Observer observer_form ObserverForm Poles Regulate SetPoint state_feedback
-            state_linearisation Track transformed_observer_form zero_dynamics""",
+            AbstractGainRule analyse Analysis Answer Bandwidth close_loop Compensator compensator Controller
+            controller_for controller_form dynamic_extension exact_observer extended_kalman_filter flat_output
+            high_gain_observer HighGain injected_observer input_output_form KalmanNoise Law LinearisingForm
+            LinearQuadratic local_law local_observer Method normal_form Observer observer_form ObserverForm Poles
+            Regulate SetPoint state_feedback state_linearisation Track transformed_observer_form zero_dynamics""",
         "ulna.geometry": """
             accessibility accessible_decomposition Diffeomorphism Distribution distribution first_integrals
             integrate involutive lie_bracket lie_derivative observability observable_decomposition one_form

@@ -9,6 +9,7 @@ from ulna.design import (
     HighGain,
     KalmanNoise,
     LinearQuadratic,
+    Method,
     SetPoint,
     Track,
     compensator,
@@ -93,32 +94,50 @@ def test_estimates_start_at_the_given_operating_point_and_a_covariance_at_its_ow
     assert controller_for(plant, law=[-1, -2]).initial == {}
 
 
-def test_a_plant_without_controller_form_is_offered_its_outputs():
-    with pytest.raises(NoFormError, match="Give outputs_only=True"):
-        controller_for(cart("- w"), law=[-1, -2, -3, -4])
-    made = controller_for(cart("- w"), law=[-1, -2], outputs_only=True, integral=False, reference=Track())
+def test_a_plant_without_controller_form_gets_its_outputs_linearised_where_the_rest_is_stable():
+    with pytest.warns(UlnaWarning, match=r"is input-output, which leaves 2 of 4.* exact: it has no controller form"):
+        made = controller_for(cart("- w"), law=[-1, -2], reference=Track())
     assert made.law is not None
-    assert (
-        made.law.expressions == state_feedback(input_output_form(cart("- w")), [-1, -2], reference=Track()).expressions
-    )
+    wanted = state_feedback(input_output_form(cart("- w")), [-1, -2], reference=Track())
+    assert made.law.expressions == wanted.expressions
+    assert list(made.passed) == ["exact"]
+    asked = controller_for(cart("- w"), law=[-1, -2], method=Method.INPUT_OUTPUT, reference=Track())
+    assert asked.law is not None
+    assert asked.law.expressions == wanted.expressions
+    assert asked.passed == {}
+
+
+def test_gains_that_fit_no_better_law_fall_to_the_linearisation_and_say_so():
+    with pytest.warns(UlnaWarning, match=r"local, on the linearisation at the origin. exact: .* input-output: "):
+        made = controller_for(cart("+ w"), law=[-1, -2, -3, -4])
+    assert made.law is not None
+    assert sorted(pole.real for pole in made.law.poles) == pytest.approx([-4, -3, -2, -1])
+    assert "the zero dynamics are unstable" in made.passed["input-output"]
+    with pytest.raises(
+        DesignError, match=r"no method gives one\. .*local: 2 given, 4 needed.*method=Method.INPUT_OUTPUT"
+    ):
+        controller_for(cart("+ w"), law=[-1, -2])
 
 
 def test_what_may_run_away_with_the_outputs_held_is_told():
     with pytest.warns(UlnaWarning, match="the rest of the state may run away"):
-        controller_for(cart("+ w"), law=[-1, -2], outputs_only=True)
+        controller_for(cart("+ w"), law=[-1, -2], method=Method.INPUT_OUTPUT)
 
 
-def test_a_plant_without_observer_form_is_offered_other_observers():
-    with pytest.raises(NoFormError, match=r"HighGain\(gains=.*KalmanNoise"):
-        controller_for(FORMLESS, observer=[-1, -2])
+def test_a_plant_without_observer_form_gets_a_local_observer_and_a_blind_one_is_refused():
+    with pytest.warns(UlnaWarning, match="the observer of 'plant' is local: the condition"):
+        made = controller_for(FORMLESS, observer=[-1, -2])
+    assert made.observer is not None
+    assert made.observer.poles == pytest.approx((-2, -1))
+    hidden = system_from_mapping({"states": {"x": "u", "y": "y + x**2"}, "inputs": {"u": {}}, "outputs": {"x": "x"}})
+    with pytest.raises(NoFormError, match=r"no output shows the mode 1 1/s \(in y\).*HighGain\(gains=.*KalmanNoise"):
+        controller_for(hidden, observer=[-1, -2])
     blind = system_from_mapping({"states": {"x1": "u"}, "inputs": {"u": {}}})
     with pytest.raises(NoFormError, match=r"no output to observe. Add \[outputs\]"):
         controller_for(blind, observer=[-1])
 
 
 def test_options_without_what_they_act_on_are_refused():
-    with pytest.raises(DesignError, match="neither a law nor an observer"):
-        controller_for(ARM)
     with pytest.raises(DesignError, match="integral: there is no law"):
         controller_for(ARM, observer=[-9, -10, -11], integral=True)
     with pytest.raises(DesignError, match="reference: the law is designed already"):

@@ -23,21 +23,18 @@ def designed(system: System, options: DesignOptions, *, held_exactly: bool = Fal
         held_exactly: the observer is to have a linear part that a processor can hold exactly between samples.
 
     Raises:
-        UlnaError: if nothing is asked for or two options exclude each other, or the plant lacks the form needed.
+        UlnaError: if two options exclude each other, or the plant lacks what is asked for.
     """
     from ulna.base import DesignError, NoFormError
-    from ulna.design import SetPoint, Track, controller_for, injected_observer
+    from ulna.design import Method, SetPoint, Track, controller_for, injected_observer
 
     require_consistent(options)
-    if not options.law and not options.observer:
-        what = "Add --controller-poles or --lqr, --observer-poles or --kalman, or one of each."
-        raise DesignError("a design", "neither a law nor an observer is asked for.", what)
     try:
         made = controller_for(
             system,
-            law=_gains(options) if options.law else None,
+            law=None if options.best or not options.law else _gains(options),
             observer=_observer(options) if options.observer else None,
-            outputs_only=options.input_output,
+            method=Method.INPUT_OUTPUT if options.input_output else Method.LOCAL if options.local else None,
             reference=SetPoint() if options.set_point else Track() if options.track else None,
             integral=options.integral,
         )
@@ -85,6 +82,8 @@ def require_consistent(options: DesignOptions) -> None:
     pairs = (
         ("--controller-poles", "--lqr", options.controller_poles and options.lqr),
         ("--set-point", "--track", options.set_point and options.track),
+        ("--best", "poles or weights", options.best and (options.controller_poles or options.lqr or options.observer)),
+        ("--input-output", "--local", options.input_output and options.local),
         ("--observer-poles", "--kalman", options.observer_poles and options.kalman),
     )
     for one, other, clash in pairs:
@@ -95,7 +94,7 @@ def require_consistent(options: DesignOptions) -> None:
     wants = [name for name in ("integral", "set_point", "track", "input_output") if getattr(options, name)]
     if wants and not options.law:
         asked = f"--{wants[0].replace('_', '-')}"
-        raise DesignError(asked, "there is no law to add it to.", "Add --controller-poles or --lqr.")
+        raise DesignError(asked, "there is no law to add it to.", "Add --controller-poles, --lqr or --best.")
 
 
 def _gains(options: DesignOptions) -> AbstractGainRule:
@@ -103,12 +102,8 @@ def _gains(options: DesignOptions) -> AbstractGainRule:
 
     if options.controller_poles:
         return _poles(options.controller_poles)
-    states, weight = _halves(options.lqr, "--lqr", "'100,1,1:1'", missing="1")
-    if len(weight) != 1:
-        from ulna.base import DesignError
-
-        raise DesignError(f"--lqr '{options.lqr}'", f"{len(weight)} weights of the new input.", "Give one after ':'.")
-    return LinearQuadratic(state_weights=states, input_weight=weight[0])
+    states, inputs = _halves(options.lqr, "--lqr", "'100,1,1:1'", missing="1")
+    return LinearQuadratic(state_weights=states, input_weight=inputs)
 
 
 def _poles(text: str) -> AbstractGainRule:

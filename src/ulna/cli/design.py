@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,7 +18,7 @@ from ulna.cli.terminal import console, line, print_json, progress
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from ulna.design import Controller
+    from ulna.design import Controller, Law
 
 
 @with_groups
@@ -34,10 +35,15 @@ def design(
 ) -> None:
     """Design a feedback law, an observer, or both and the compensator that joins them.
 
-    The law holds the operating point of the plant file unless it takes a set point or a reference.
+    With neither poles nor weights it is the best that the plant has, with poles after the plant's own pace: a law that
+    is exact, else input-output, else local on the linearisation, and an observer. The law holds the operating point of
+    the plant file unless it takes a set point or a reference.
     """
     take_time(seconds)
     from ulna.system import write_system
+
+    if not wanted.law and not wanted.observer:
+        wanted = replace(wanted, best=True)
 
     system = plant_of(plant)
     with progress(f"designing for '{system.name}'"):
@@ -55,19 +61,24 @@ def design(
 
 def _sections(made: Controller) -> Iterable[tuple[str, dict[str, Any]]]:
     """What is shown: title, then name and expression of each line."""
+    if made.passed:
+        yield "passed over", dict(made.passed)
     if made.law is not None:
         form = made.law.form
-        rows = {f"z{k + 1}": e for k, e in enumerate(form.chain)}
-        yield "controller form z = T(x)", rows
-        yield (
-            "ends of the chains, α + β u",
-            {
-                **{f"α{k + 1}": e for k, e in enumerate(form.alpha)},
-                "β": form.beta[0, 0] if form.beta.shape == (1, 1) else form.beta,
-            },
-        )
-        yield "gains K on z", {"K": made.law.gains}
-        yield "law", _named(made.law.system.outputs, made.law.expressions)
+        if form is not None:
+            rows = {f"z{k + 1}": e for k, e in enumerate(form.chain)}
+            yield "controller form z = T(x)", rows
+            yield (
+                "ends of the chains, α + β u",
+                {
+                    **{f"α{k + 1}": e for k, e in enumerate(form.alpha)},
+                    "β": form.beta[0, 0] if form.beta.shape == (1, 1) else form.beta,
+                },
+            )
+            yield "gains K on z", {"K": made.law.gains}
+        yield f"law, {made.law.method}", _named(made.law.system.outputs, _shown(made.law.expressions, made.law))
+        if made.law.polynomials and not made.law.plant.parameters:
+            yield "poles of the law in 1/s", {"s": _poles(made.law.poles)}
     if made.observer is not None:
         from ulna.design import gains_in_form
 
@@ -76,7 +87,21 @@ def _sections(made: Controller) -> Iterable[tuple[str, dict[str, Any]]]:
             yield "injection γ(y, u)", {f"γ{k + 1}": e for k, e in enumerate(form_o.injection)}
             yield "gains L on y − ŷ in z", {"L": gains_in_form(made.observer)}
         system = made.observer.system
-        yield "observer", {f"{s.name}'": r for s, r in zip(system.states, system.inline(system.rates), strict=True)}
+        yield (
+            f"observer, {system.text}" if made.observer.form is None else "observer",
+            {f"{s.name}'": r for s, r in zip(system.states, system.inline(system.rates), strict=True)},
+        )
+
+
+def _shown(expressions: Iterable[Any], law: Law) -> list[Any]:
+    """Formulas as people read them: gains that were found in numbers as decimals."""
+    return list(expressions) if law.form is not None else [e.evalf(12) for e in expressions]
+
+
+def _poles(values: Iterable[complex]) -> str:
+    """Poles as people write them, slowest first."""
+    rows = sorted(values, key=lambda p: (-p.real, abs(p.imag), p.imag))
+    return ", ".join(f"{p.real:.4g}{p.imag:+.4g}j" if abs(p.imag) > 1e-6 * abs(p) else f"{p.real:.4g}" for p in rows)
 
 
 def _named(signals: Iterable[Any], expressions: Iterable[Any]) -> dict[str, Any]:
@@ -88,15 +113,17 @@ def _data(made: Controller) -> dict[str, Any]:
     from ulna.report.results import plain
     from ulna.system import system_to_mapping
 
-    data: dict[str, Any] = {"plant": made.plant.name}
+    data: dict[str, Any] = {"plant": made.plant.name, "passed": dict(made.passed)}
     if made.law is not None:
         form = made.law.form
-        data["controller_form"] = {
-            "T": plain(list(form.chain)),
-            "alpha": plain(list(form.alpha)),
-            "beta": plain(form.beta),
-            "indices": list(form.indices),
-        }
+        if form is not None:
+            data["controller_form"] = {
+                "T": plain(list(form.chain)),
+                "alpha": plain(list(form.alpha)),
+                "beta": plain(form.beta),
+                "indices": list(form.indices),
+            }
+        data["method"] = made.law.method
         data["law"] = {"gains": plain(made.law.gains), **plain(_named(made.law.system.outputs, made.law.expressions))}
     if made.observer is not None:
         if (form_o := made.observer.form) is not None:

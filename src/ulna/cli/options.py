@@ -90,14 +90,26 @@ class DesignOptions:
         str,
         _law(
             "--lqr",
-            metavar="Q1,…:R",
-            help="Instead of poles: linear-quadratic weights, one per coordinate of each chain (or one for all), and "
-            "of the new inputs: '100,1,1:1'.",
+            metavar="Q1,…:R1,…",
+            help="Instead of poles: linear-quadratic weights, one per coordinate of each chain, of a local law per "
+            "state (or one for all), and of the inputs: '100,1,1:1'.",
         ),
     ] = ""
+    best: Annotated[
+        bool,
+        _law(
+            "--best",
+            help="Design the best law and observer that the plant has, with poles after its own pace; what "
+            "`ulna design` does where nothing is asked for.",
+        ),
+    ] = False
     input_output: Annotated[
         bool,
         _law("--input-output", help="Linearise the given outputs only, not the whole state."),
+    ] = False
+    local: Annotated[
+        bool,
+        _law("--local", help="Design law and observer on the linearisation at the operating point."),
     ] = False
     set_point: Annotated[
         bool,
@@ -129,7 +141,7 @@ class DesignOptions:
     @property
     def law(self) -> bool:
         """True if a law is asked for."""
-        return bool(self.controller_poles or self.lqr)
+        return bool(self.controller_poles or self.lqr or self.best)
 
     @property
     def observer(self) -> bool:

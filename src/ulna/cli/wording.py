@@ -21,7 +21,7 @@ _WORDS: tuple[tuple[str, str], ...] = (
     (r"Give lower and upper of one EndStop\.", "Write both ends in one: theta=-1:1."),
     (rf"EndStop\(restitution={_NUMBER}\)", r"--stop, the rebound \1"),
     # Design.
-    (r"Give outputs_only=True to linearise the outputs only\.", "Add --input-output to linearise the outputs only."),
+    (r"Give method=Method\.INPUT_OUTPUT to", "Add --input-output to"),
     (r"`analyse`", "`ulna analyse`"),
     # Sweeps.
     (r"Narrow them: .*", "Narrow them: uniform(0,5), normal(1,0.1,0.5,1.5)."),

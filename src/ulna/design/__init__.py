@@ -1,6 +1,7 @@
 """Forms, laws, observers, compensators and closed loops: from a plant's geometry to its controller."""
 
 from ulna.design.analysis import Analysis, Answer, analyse
+from ulna.design.choice import Method
 from ulna.design.control import (
     AbstractReference,
     Compensator,
@@ -18,6 +19,7 @@ from ulna.design.control import (
     compensator,
     inner_loop,
     load_robust_compensator,
+    local_law,
     loop_grid,
     permanent_offset,
     reduced_order,
@@ -43,7 +45,7 @@ from ulna.design.forms import (
     normal_form,
     state_linearisation,
 )
-from ulna.design.gains import AbstractGainRule, LinearQuadratic, Poles
+from ulna.design.gains import AbstractGainRule, Bandwidth, LinearQuadratic, Poles
 from ulna.design.internal import ZeroDynamics, minimum_phase, zero_dynamics
 from ulna.design.observers import (
     HighGain,
@@ -57,6 +59,7 @@ from ulna.design.observers import (
     gains_in_form,
     high_gain_observer,
     injected_observer,
+    local_observer,
     observer_form,
     transformed_observer_form,
     with_disturbance,
@@ -67,6 +70,7 @@ __all__ = [
     "AbstractReference",
     "Analysis",
     "Answer",
+    "Bandwidth",
     "Compensator",
     "Controller",
     "DynamicExtension",
@@ -80,6 +84,7 @@ __all__ = [
     "LinearisingOutputs",
     "LoadRobust",
     "LoopGrid",
+    "Method",
     "NormalForm",
     "Observer",
     "ObserverForm",
@@ -112,6 +117,8 @@ __all__ = [
     "linearisability",
     "linearising_outputs",
     "load_robust_compensator",
+    "local_law",
+    "local_observer",
     "loop_grid",
     "minimum_phase",
     "normal_form",

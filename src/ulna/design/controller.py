@@ -4,22 +4,19 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from ulna.base import DesignError, NoFormError, UlnaWarning
-from ulna.design.control import AbstractReference, Compensator, Law, compensator, state_feedback
-from ulna.design.forms import controller_form, input_output_form
-from ulna.design.gains import Gains
-from ulna.design.internal import minimum_phase, zero_dynamics
+from ulna.base import DesignError, NoFormError, PlantError, UlnaWarning
+from ulna.design.choice import Method, chosen_law, chosen_observer, formed_observer, pace
+from ulna.design.control import AbstractReference, Compensator, Law, compensator
+from ulna.design.gains import Bandwidth, Gains
 from ulna.design.observers import (
     HighGain,
     KalmanNoise,
     Observer,
-    exact_observer,
     extended_kalman_filter,
     high_gain_observer,
-    observer_form,
-    transformed_observer_form,
+    local_observer,
 )
 from ulna.plants import PlantLike, as_plant
 from ulna.system import System, controlled_part, measured_part, with_uses
@@ -34,6 +31,7 @@ class Controller:
         law, observer: what was asked for, else None.
         compensator: both together; None unless both were asked for.
         system: the compensator as a system; the law or the observer where it is alone.
+        passed: by method why it was passed over for the one taken, in one line each; empty where none was.
     """
 
     plant: System
@@ -41,6 +39,7 @@ class Controller:
     observer: Observer | None
     compensator: Compensator | None
     system: System
+    passed: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def poles(self) -> dict[str, tuple[complex, ...]]:
@@ -73,93 +72,90 @@ def controller_for(
     *,
     law: Gains | Law | None = None,
     observer: Gains | HighGain | KalmanNoise | Observer | None = None,
-    outputs_only: bool = False,
+    method: Method | None = None,
     reference: AbstractReference | None = None,
     integral: bool = False,
     controlled: Sequence[str] | None = None,
     measured: Sequence[str] | None = None,
 ) -> Controller:
-    """The controller of a plant: the law in its controller form, the observer in its observer form, and both joined.
+    """The controller of a plant: a law, an observer, and both joined; with nothing asked for the best that exists.
+
+    The law is the first of these that the plant has: exact, on the whole state; input-output, where the rest is stable
+    by itself; approximate input-output; local, on the linearisation. `Controller.passed` says why the better ones are
+    not there. Without gains the law has the plant's own bandwidth ω (its fastest growing mode, three times its slowest
+    where none grows, 1 rad/s for bare integrators), the observer 2 ω; the observer is left out where every state is
+    an output.
 
     Args:
         plant: the plant, its name or its file.
-        law: poles or a gain rule; a law that is designed already is taken as it is.
-        observer: poles of the error, for the observer form or, where only that exists, the one of transformed outputs;
-            `HighGain(...)` or `KalmanNoise(...)` for a plant that has neither; or a ready observer.
-        outputs_only: linearise the plant's outputs only (input-output form), not the whole state.
+        law: poles or a gain rule, in the coordinates of the method; a law that is designed already is taken as it is.
+        observer: poles of the error, for the observer form, or the one of transformed outputs, or the linearisation;
+            `HighGain(...)`, `KalmanNoise(...)` (an extended filter, with `Method.LOCAL` one of constant gain); or a
+            ready observer.
+        method: how to design the law; left out, the best that exists. `Method.LOCAL` holds for the observer too.
         reference: `SetPoint()` or `Track()`; left out, the law holds the operating point.
         controlled, measured: names of the outputs that the law is for, and of those that the observer reads; left out,
             what the plant says of its outputs (`with_uses`), which is both.
-        integral: add integral action, which needs one more pole per chain.
+        integral: add integral action, which needs one more pole per chain or held output.
 
     Raises:
-        NoFormError: if the plant lacks the form; the hint says what serves instead.
-        DesignError: if neither is asked for, an option has no law to act on, or gains do not fit.
+        NoFormError: if the plant lacks the form of the method asked for; the hint says what serves instead.
+        DesignError: if an option has no law to act on, gains do not fit, or there is no law at all: then with every
+            method and why not.
 
     Warns:
-        UlnaWarning: if the outputs alone are linearised and what is left to itself may run away.
+        UlnaWarning: if gains were given and fell to a law that is not exact; if the outputs alone are linearised as
+            asked and what is left to itself may run away.
     """
     plant = with_uses(as_plant(plant), controlled=controlled, measured=measured)
-    if law is None and observer is None:
-        what = "Give law=[-2, -3, -4], say, observer=[-9, -10, -11], or both."
-        raise DesignError(f"a controller for '{plant.name}'", "neither a law nor an observer is asked for.", what)
-    options = {"outputs_only": outputs_only, "reference": reference is not None, "integral": integral}
+    best = law is None and observer is None
+    options = {
+        "method": method is not None and observer is None,
+        "reference": reference is not None,
+        "integral": integral,
+    }
     wants = [name for name, asked in options.items() if asked]
-    if wants and (law is None or isinstance(law, Law)):
+    if wants and not best and (law is None or isinstance(law, Law)):
         found = "there is no law to add it to." if law is None else "the law is designed already."
         raise DesignError(wants[0], found, "Give law= the poles.")
-    if law is not None and not isinstance(law, Law):
-        law = _law(controlled_part(plant), law, outputs_only=outputs_only, reference=reference, integral=integral)
-    if observer is not None and not isinstance(observer, Observer):
-        observer = _observer(measured_part(plant), observer)
+    passed: dict[str, str] = {}
+    if best or (law is not None and not isinstance(law, Law)):
+        gains = Bandwidth(pace(plant)) if law is None else law
+        law, passed = chosen_law(controlled_part(plant), gains, method, reference=reference, integral=integral)
+        if not best and method is None and passed:
+            _warn_of_choice(law, passed)
+    if best:
+        observer, reason = chosen_observer(measured_part(plant), 2.0 * pace(plant))
+        passed |= {"observer": reason} if reason else {}
+    elif observer is not None and not isinstance(observer, Observer):
+        observer = _observer(measured_part(plant), observer, local=method is Method.LOCAL)
     both = compensator(law, observer) if law is not None and observer is not None else None
     system = next(part.system for part in (both, law, observer) if part is not None)
-    return Controller(plant=plant, law=law, observer=observer, compensator=both, system=system)
+    return Controller(plant=plant, law=law, observer=observer, compensator=both, system=system, passed=passed)
 
 
-def _law(
-    plant: System, gains: Gains, *, outputs_only: bool, reference: AbstractReference | None, integral: bool
-) -> Law:
-    if outputs_only:
-        form = input_output_form(plant)
-        if form.internal_dimension:
-            _warn_of_internal_dynamics(plant)
-    else:
-        try:
-            form = controller_form(plant)
-        except NoFormError as missing:
-            square = 0 < len(plant.outputs) == len(plant.inputs)
-            offer = "Give outputs_only=True to linearise the outputs only." if square else missing.hint
-            raise type(missing)(missing.asked, missing.found, offer, value=missing.value) from None
-    return state_feedback(form, gains, reference=reference, integral=integral)
+def _warn_of_choice(law: Law, passed: Mapping[str, str]) -> None:
+    reasons = " ".join(f"{method}: {why}" for method, why in passed.items())
+    warnings.warn(f"the law of '{law.plant.name}' is {law.method}. {reasons}", UlnaWarning, stacklevel=3)
 
 
-def _warn_of_internal_dynamics(plant: System) -> None:
-    """Say what the law leaves to itself."""
-    stability = str(minimum_phase(zero_dynamics(plant)).stability)
-    if stability not in ("exponential", "asymptotic"):
-        warnings.warn(
-            f"the zero dynamics of '{plant.name}' are {stability}: with the outputs held the rest of the state may "
-            "run away. `analyse` shows them.",
-            UlnaWarning,
-            stacklevel=4,
-        )
-
-
-def _observer(plant: System, asked: Gains | HighGain | KalmanNoise) -> Observer:
-    if isinstance(asked, KalmanNoise):
-        return extended_kalman_filter(plant, asked)
+def _observer(plant: System, asked: Gains | HighGain | KalmanNoise, *, local: bool) -> Observer:
     if isinstance(asked, HighGain):
         return high_gain_observer(plant, asked.gains, time_scale=asked.time_scale)
+    if local:
+        return local_observer(plant, asked)
+    if isinstance(asked, KalmanNoise):
+        return extended_kalman_filter(plant, asked)
+    missing = formed_observer(plant, asked)
+    if isinstance(missing, Observer):
+        return missing
     try:
-        form = observer_form(plant)
-    except NoFormError as missing:
-        try:
-            form = transformed_observer_form(plant)
-        except NoFormError:
-            offer = "Give observer=HighGain(gains=..., time_scale=0.1) or observer=KalmanNoise()."
-            found = missing.found
-            if not plant.outputs:
-                found, offer = "the plant has no output to observe.", "Add [outputs], or leave the observer out."
-            raise type(missing)(missing.asked, found, offer, value=missing.value) from None
-    return exact_observer(form, asked)
+        made = local_observer(plant, asked)
+    except (DesignError, PlantError) as error:
+        offer = "Give observer=HighGain(gains=..., time_scale=0.1) or observer=KalmanNoise()."
+        found = f"{missing.found} A local one: {error.found}"
+        if not plant.outputs:
+            found, offer = "the plant has no output to observe.", "Add [outputs], or leave the observer out."
+        raise NoFormError(missing.asked, found, offer, value=missing.value) from None
+    warnings.warn(f"the observer of '{plant.name}' is local: {missing.found}", UlnaWarning, stacklevel=3)
+    return made

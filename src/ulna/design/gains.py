@@ -1,4 +1,4 @@
-"""Gain rules: what turns chains of integrators into a stable linear system (paper eq. 30-31 and the gains of 51)."""
+"""Gain rules: what makes chains of integrators (paper eq. 30-31 and the gains of 51), or a linearisation, stable."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 import sympy as sp
+from mpmath.libmp.libhyper import NoConvergence
 
 from ulna.base import DesignError, FormulaError, UlnaWarning
+from ulna.design.linear import least_cost, least_effort, placed
 from ulna.symbolic.formulas import exact, formula, parse_formula
 
 PoleLike: TypeAlias = int | float | complex | str | Fraction | sp.Expr
@@ -23,7 +25,7 @@ _T = TypeVar("_T")
 
 
 class AbstractGainRule(ABC):
-    """A way to choose the characteristic polynomial of each chain of integrators."""
+    """A way to choose the characteristic polynomial of each chain of integrators, or gains on a linearisation."""
 
     @abstractmethod
     def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
@@ -31,6 +33,19 @@ class AbstractGainRule(ABC):
 
         Raises:
             DesignError: if the rule does not fit the chains.
+        """
+
+    @abstractmethod
+    def feedback(
+        self, A: sp.ImmutableDenseMatrix, B: sp.ImmutableDenseMatrix, names: Sequence[str], asked: str
+    ) -> sp.ImmutableDenseMatrix:
+        """(m, n) K, rational, for which A − B K is stable (or as the rule says).
+
+        Args:
+            A: (n, n); B: (n, m), rational. names: of the n coordinates. asked: what for, in an error.
+
+        Raises:
+            DesignError: for a mode that grows or stays and that no input moves, or a rule that does not fit.
         """
 
     def coefficients(self, order: int) -> tuple[sp.Expr, ...]:
@@ -59,16 +74,26 @@ class Poles(AbstractGainRule):
     def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
         """The polynomials with these poles as roots, dealt out chain by chain; warns of unstable ones."""
         dealt = _dealt(self.values, orders, "poles", str(self))
+        self._warn_if_unstable()
+        for group in dealt if len(orders) > 1 else ():
+            _require_conjugates(group)
+        return tuple(_polynomial(group) for group in dealt)
+
+    def feedback(
+        self, A: sp.ImmutableDenseMatrix, B: sp.ImmutableDenseMatrix, names: Sequence[str], asked: str
+    ) -> sp.ImmutableDenseMatrix:
+        """The gains that place these poles, one for each mode that an input moves; warns of unstable ones."""
+        self._warn_if_unstable()
+        return placed(A, B, self.values, names, asked)
+
+    def _warn_if_unstable(self) -> None:
         unstable = [formula(p) for p in self.values if float(sp.re(p)) >= 0]
         if unstable:
             warnings.warn(
                 f"poles {', '.join(unstable)} are not in the open left half-plane: the design is unstable.",
                 UlnaWarning,
-                stacklevel=2,
+                stacklevel=3,
             )
-        for group in dealt if len(orders) > 1 else ():
-            _require_conjugates(group)
-        return tuple(_polynomial(group) for group in dealt)
 
     def __str__(self) -> str:
         return ", ".join(formula(p).replace("I", "j") for p in self.values)
@@ -76,13 +101,16 @@ class Poles(AbstractGainRule):
 
 @dataclass(frozen=True, slots=True, init=False)
 class LinearQuadratic(AbstractGainRule):
-    """Linear-quadratic weights: minimises ∫ zᵀ diag(state_weights) z + input_weight v² dt on each chain.
+    """Linear-quadratic weights: minimises ∫ zᵀ diag(state_weights) z + vᵀ diag(input_weight) v dt.
+
+    On chains v are the new inputs and every chain is minimised by itself; on a linearisation z are the states, v the
+    inputs, both counted from the operating point, as in `lqr` of other tools.
 
     Attributes:
         state_weights: a single weight for every coordinate, or one for each, dealt out chain after chain as poles are
-            (with integral action, the integral in front of its chain). No other number is accepted. Nonnegative; that
-            of each chain's first coordinate positive.
-        input_weight: positive weight of every new input v.
+            (with integral action, the integral in front of its chain, of a linearisation all integrals in front).
+            Nonnegative; that of each chain's first coordinate positive.
+        input_weight: a single positive weight for every input, or one for each.
 
     The gains are the nearest short rationals of the Riccati solution (SciPy), so that designs stay exact after it.
 
@@ -91,48 +119,106 @@ class LinearQuadratic(AbstractGainRule):
     """
 
     state_weights: tuple[float, ...]
-    input_weight: float
+    input_weight: tuple[float, ...]
 
-    def __init__(self, *, state_weights: float | Iterable[float] = 1.0, input_weight: float = 1.0) -> None:
-        given = state_weights if isinstance(state_weights, Iterable) else (state_weights,)
-        object.__setattr__(self, "state_weights", tuple(float(weight) for weight in given))
-        object.__setattr__(self, "input_weight", float(input_weight))
-        weights = (*self.state_weights, self.input_weight)
-        if not self.state_weights or not all(0 <= w < math.inf for w in weights) or not weights[0] * weights[-1]:
+    def __init__(
+        self, *, state_weights: float | Iterable[float] = 1.0, input_weight: float | Iterable[float] = 1.0
+    ) -> None:
+        for name, given in (("state_weights", state_weights), ("input_weight", input_weight)):
+            row = given if isinstance(given, Iterable) else (given,)
+            object.__setattr__(self, name, tuple(float(weight) for weight in row))
+        weights = (*self.state_weights, *self.input_weight)
+        if not (all(0 <= w < math.inf for w in weights) and any(self.state_weights) and self.input_weight):
+            raise self._unusable()
+        if not all(self.input_weight):
             raise self._unusable()
 
     def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
         """The optimal closed-loop polynomial of every chain."""
-        shown = ", ".join(f"{weight:g}" for weight in self.state_weights)
-        each = self.state_weights * (sum(orders) if len(self.state_weights) == 1 else 1)
-        dealt = _dealt(each, orders, "weights", shown)
+        dealt = _dealt(self._each(sum(orders)), orders, "weights", self._shown)
         if not all(chain[0] for chain in dealt):
             raise self._unusable()
-        return tuple(self._chain(chain) for chain in dealt)
+        return tuple(self._chain(chain, weight) for chain, weight in zip(dealt, self._inputs(len(orders)), strict=True))
+
+    def feedback(
+        self, A: sp.ImmutableDenseMatrix, B: sp.ImmutableDenseMatrix, names: Sequence[str], asked: str
+    ) -> sp.ImmutableDenseMatrix:
+        """The gains of least cost."""
+        states = _dealt(self._each(A.rows), (A.rows,), "weights", self._shown)[0]
+        return least_cost(A, B, (np.array(states), np.array(self._inputs(B.cols))), names, asked)
+
+    @property
+    def _shown(self) -> str:
+        return ", ".join(f"{weight:g}" for weight in self.state_weights)
+
+    def _each(self, number: int) -> tuple[float, ...]:
+        return self.state_weights * (number if len(self.state_weights) == 1 else 1)
+
+    def _inputs(self, number: int) -> tuple[float, ...]:
+        """The weight of each input."""
+        given = self.input_weight
+        if len(given) not in (1, number):
+            shown = ", ".join(f"{weight:g}" for weight in given)
+            found = f"{len(given)} weights of the inputs given ({shown}), {number} needed."
+            raise DesignError("linear-quadratic weights", found, "Give one for each input, or one for all.")
+        return given * (number if len(given) == 1 else 1)
 
     def _unusable(self) -> DesignError:
         return DesignError(
             "linear-quadratic weights",
             f"state_weights={self.state_weights}, input_weight={self.input_weight}.",
-            "The input weight and the weight of each chain's first coordinate must be positive, the others zero or "
+            "The weights of the inputs and of each chain's first coordinate must be positive, the others zero or "
             "more, all finite.",
         )
 
-    def _chain(self, weights: Sequence[float]) -> tuple[sp.Expr, ...]:
+    def _chain(self, weights: Sequence[float], input_weight: float) -> tuple[sp.Expr, ...]:
         from scipy.linalg import solve_continuous_are
 
         order = len(weights)
         last = np.zeros((order, 1))
         last[-1, 0] = 1.0
         try:
-            riccati = solve_continuous_are(np.eye(order, k=1), last, np.diag(weights), np.array([[self.input_weight]]))
+            riccati = solve_continuous_are(np.eye(order, k=1), last, np.diag(weights), np.array([[input_weight]]))
         except (np.linalg.LinAlgError, ValueError) as error:
             hint = "Choose weights within some ten decades of each other."
             raise DesignError(
                 "linear-quadratic weights", f"the Riccati equation has no solution in numbers ({error}).", hint
             ) from None
-        gains = (last.T @ riccati / self.input_weight).ravel()
+        gains = (last.T @ riccati / input_weight).ravel()
         return tuple(exact(float(f"{gain:.12g}")) for gain in gains)
+
+
+@dataclass(frozen=True, slots=True)
+class Bandwidth(AbstractGainRule):
+    """How fast the loop is to be, ω in rad/s: fits every plant, whatever its number of states and its units.
+
+    A chain of r integrators gets the Butterworth polynomial of order r with radius ω. A linearisation gets the gains of
+    least effort with which every mode slower than ω/2 is mirrored there: modes at 0 go to −ω, fast ones stay.
+
+    Raises:
+        DesignError: for what is no positive number.
+    """
+
+    omega: float
+
+    def __post_init__(self) -> None:
+        if not 0 < self.omega < math.inf:
+            raise DesignError(f"Bandwidth({self.omega})", "it is no positive number.", "Give ω in rad/s.")
+
+    def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
+        """The Butterworth polynomial of every chain."""
+        rows = []
+        for order in orders:
+            angles = [math.pi * (2 * k + order + 1) / (2 * order) for k in range(order)]
+            row = np.poly([self.omega * complex(math.cos(a), math.sin(a)) for a in angles]).real
+            rows.append(tuple(exact(float(f"{value:.6g}")) for value in row[:0:-1]))
+        return tuple(rows)
+
+    def feedback(
+        self, A: sp.ImmutableDenseMatrix, B: sp.ImmutableDenseMatrix, names: Sequence[str], asked: str
+    ) -> sp.ImmutableDenseMatrix:
+        """The gains of least effort for this pace."""
+        return least_effort(A, B, self.omega, names, asked)
 
 
 Gains: TypeAlias = AbstractGainRule | PoleLike | Iterable[PoleLike]
@@ -179,8 +265,19 @@ def roots_of(polynomials: Sequence[Sequence[sp.Expr]]) -> tuple[complex, ...]:
     poles: list[complex] = []
     for coefficients in polynomials:
         exact_polynomial = sp.Poly([sp.Integer(1), *reversed(coefficients)], sp.Dummy("s"))
-        poles += [complex(root) for root in exact_polynomial.nroots(n=30, maxsteps=200)]
+        try:
+            poles += [complex(root) for root in exact_polynomial.nroots(n=30, maxsteps=200)]
+        except NoConvergence:  # roots that are equal but for the last digits
+            poles += [complex(root) for root in np.roots([1.0, *(float(c) for c in reversed(coefficients))])]
     return tuple(poles)
+
+
+def characteristic(matrix: sp.MatrixBase) -> tuple[sp.Expr, ...]:
+    """The coefficients a₀ … a_{n−1} of det(s − M), exact; M rational."""
+    from sympy.polys.matrices import DomainMatrix
+
+    found = DomainMatrix.from_Matrix(matrix).convert_to(sp.QQ).charpoly()
+    return tuple(sp.QQ.to_sympy(c) for c in reversed(found[1:]))
 
 
 def _polynomial(poles: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:

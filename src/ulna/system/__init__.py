@@ -2,7 +2,7 @@
 
 from ulna.system.affine import NON_SMOOTH, ControlAffine, control_affine
 from ulna.system.connection import connect
-from ulna.system.equilibrium_point import Equilibrium, PointLike
+from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
 from ulna.system.equilibrium_range import Equilibria, equilibria
 from ulna.system.equilibrium_search import equilibrium
 from ulna.system.file import read_system, write_system
@@ -33,6 +33,7 @@ __all__ = [
     "SystemKernel",
     "SystemLike",
     "Zeros",
+    "as_point",
     "as_system",
     "connect",
     "control_affine",

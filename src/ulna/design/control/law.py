@@ -16,27 +16,35 @@ from ulna.symbolic.exact import SampledZero, is_zero, shortened
 from ulna.symbolic.formulas import formula, listing
 from ulna.system import Signal, System, equilibrium
 
+_NO_GAINS = sp.ImmutableDenseMatrix(0, 0, [])
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Law:
-    """A feedback law u = β⁻¹ (v − α), v = −K (z − z_ref) + feedforward.
+    """A feedback law on the states of a plant.
 
     Attributes:
-        form: the form it was designed in.
-        gains: (m, sum of chain lengths) K, exact, zero outside each chain's own coordinates.
-        polynomials: for each chain the coefficients a₀ … of its characteristic polynomial, the integrator's included.
-        integral_gains: (m,) gain on ∫(z₁ − z_ref) of each chain, or empty.
+        plant: what it was designed for.
+        method: how, and where it holds, in words: `exact, on the whole state`, `local, on the linearisation at …`.
         expressions: (m, 1) the law in x (and references, integrator states).
         system: the law as a system: inputs the plant's states and the references, outputs the plant's inputs;
             it has states only with integral action.
+        polynomials: for each chain the coefficients a₀ … of its characteristic polynomial, the integrator's included;
+            of a local law the single one of the closed linearisation; empty where nothing is linear.
+        gains: (m, n) K, exact: on the chains z, zero outside each chain's own coordinates; of a local law on x − x*;
+            empty where there are none.
+        integral_gains: (m,) gain on ∫(z₁ − z_ref) of each chain, or empty.
+        form: the form it was designed in, with u = β⁻¹ (v − α), v = −K (z − z_ref) + feedforward; None of a local law.
     """
 
-    form: LinearisingForm
-    gains: sp.ImmutableDenseMatrix
-    polynomials: tuple[tuple[sp.Expr, ...], ...]
-    integral_gains: tuple[sp.Expr, ...]
+    plant: System
+    method: str
     expressions: sp.ImmutableDenseMatrix
     system: System
+    polynomials: tuple[tuple[sp.Expr, ...], ...] = ()
+    gains: sp.ImmutableDenseMatrix = _NO_GAINS
+    integral_gains: tuple[sp.Expr, ...] = ()
+    form: LinearisingForm | None = None
 
     @property
     def reads_states(self) -> bool:
@@ -45,17 +53,17 @@ class Law:
 
     @property
     def poles(self) -> tuple[complex, ...]:
-        """The poles of the chains, in 1/s (parameters need values)."""
+        """The poles of the chains, or of the closed linearisation, in 1/s (parameters need values)."""
         return roots_of(self.polynomials)
 
     def __repr__(self) -> str:
-        rows = zip((u.name for u in self.form.view.u), self.expressions, strict=True)
-        return listing(f"Law of '{self.form.system.name}'", rows)
+        rows = zip((u.name for u in self.plant.inputs), self.expressions, strict=True)
+        return listing(f"Law of '{self.plant.name}', {self.method}", rows)
 
     def _repr_latex_(self) -> str:
         from ulna.symbolic.formulas import equation_latex
 
-        return equation_latex(self.form.view.u, self.expressions)
+        return equation_latex(self.plant.input_symbols, self.expressions)
 
 
 def state_feedback(
@@ -99,6 +107,8 @@ def state_feedback(
     v = sp.Matrix([_new_input(k, errors[k], chains[k], polynomials[k], memories) for k in range(len(chains))])
     expressions = sp.ImmutableDenseMatrix((form.beta.inv() * (v - form.alpha)).applyfunc(shortened))
     return Law(
+        plant=form.system,
+        method=_method(form),
         form=form,
         gains=gain_matrix(form.indices, [p[extra:] for p in polynomials]).T,
         polynomials=polynomials,
@@ -115,6 +125,13 @@ def state_feedback(
             parameters=form.system.parameters,
         ),
     )
+
+
+def _method(form: LinearisingForm) -> str:
+    left = form.internal_dimension
+    if not left:
+        return "exact, on the whole state"
+    return f"input-output, which leaves {left} of {len(form.system.states)} states to themselves"
 
 
 def _warn_if_singular(form: LinearisingForm) -> None:

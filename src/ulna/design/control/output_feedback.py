@@ -42,7 +42,7 @@ def compensator(law: Law, observer: Observer | SystemLike) -> Compensator:
     Raises:
         DesignError: if the observer estimates other states than the law needs.
     """
-    plant, estimator = law.form.system, as_system(observer)
+    plant, estimator = law.plant, as_system(observer)
     if not isinstance(observer, Observer):
         claim = f"'{estimator.name}' converges to the states of '{plant.name}'"
         verdict = Verdict.undecided(claim, tried="nothing: it was not designed here")

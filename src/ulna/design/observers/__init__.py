@@ -1,5 +1,6 @@
 """Observer forms, output transformations, and every kind of observer."""
 
+from ulna.design.observers.constant_gain import local_observer
 from ulna.design.observers.disturbance import extended_state_observer, with_disturbance
 from ulna.design.observers.extended_kalman import KalmanNoise, extended_kalman_filter
 from ulna.design.observers.high_gain import HighGain, high_gain_observer

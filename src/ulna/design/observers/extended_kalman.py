@@ -54,8 +54,7 @@ def extended_kalman_filter(system: PlantLike, noise: KalmanNoise | None = None) 
     view = control_affine(system)
     if not len(view.h):
         raise PlantError(f"extended Kalman filter of '{system.name}'", "the plant has no output.", "Add [outputs].")
-    Q = _diagonal(noise.process, [s.name for s in system.states], "process noise", positive=False)
-    R = _diagonal(noise.measurement, [s.name for s in system.outputs], "measurement noise", positive=True)
+    Q, R = densities(system, noise)
     start = _diagonal(noise.initial_covariance, [s.name for s in system.states], "initial covariance", positive=False)
     hats = estimate_symbols(system)
     onto = dict(zip(view.x, hats, strict=True))
@@ -64,17 +63,28 @@ def extended_kalman_filter(system: PlantLike, noise: KalmanNoise | None = None) 
     F = drift.jacobian(list(view.x)).xreplace(onto)
     H = sp.Matrix(view.h.jacobian(list(view.x))).xreplace(onto)
     gain = P * H.T * R.inv()
-    innovation = sp.Matrix(list(output_symbols(view))) - sp.Matrix(view.h).xreplace(onto)
+    innovation = sp.Matrix(list(output_symbols(view.system))) - sp.Matrix(view.h).xreplace(onto)
     riccati = F * P + P * F.T + Q - gain * H * P
     further = {Signal(name=name, text=f"covariance of {a} and {b}"): riccati[i, j] for name, a, b, i, j in entries}
     rates = list(drift.xreplace(onto) + gain * innovation)
     return Observer(
         plant=system,
-        system=estimator_system(view, rates, "extended Kalman filter", further=further),
+        system=estimator_system(view.system, rates, "extended Kalman filter", further=further),
         polynomials=(),
         verdict=_locally(system),
         initial={name: start[i, i] if i == j else sp.Integer(0) for name, _, _, i, j in entries},
     )
+
+
+def densities(system: System, noise: KalmanNoise) -> tuple[sp.Matrix, sp.Matrix]:
+    """Q (n, n) and R (p, p), diagonal.
+
+    Raises:
+        DesignError: for densities that are no numbers, of the wrong sign or number, or under unknown names.
+    """
+    Q = _diagonal(noise.process, [s.name for s in system.states], "process noise", positive=False)
+    R = _diagonal(noise.measurement, [s.name for s in system.outputs], "measurement noise", positive=True)
+    return Q, R
 
 
 def _covariance(system: System) -> tuple[sp.Matrix, list[tuple[str, str, str, int, int]]]:

@@ -75,11 +75,11 @@ def high_gain_observer(system: PlantLike, gains: Gains, *, time_scale: Any = 1) 
         )
     view = seen.view
     onto = dict(zip(view.x, estimate_symbols(system), strict=True))
-    innovation = sp.Matrix(list(output_symbols(view))) - sp.Matrix(view.h).xreplace(onto)
+    innovation = sp.Matrix(list(output_symbols(view.system))) - sp.Matrix(view.h).xreplace(onto)
     rates = controlled_rates(view).xreplace(onto) + found.solution.xreplace(onto) * innovation
     return Observer(
         plant=system,
-        system=estimator_system(view, list(rates), "high-gain observer"),
+        system=estimator_system(view.system, list(rates), "high-gain observer"),
         polynomials=scaled,
         verdict=triangular_inputs(seen),
     )

@@ -12,7 +12,7 @@ from ulna.design.gains import Gains, gain_matrix, gain_rule, roots_of
 from ulna.design.observers.linear_error_form import ObserverForm
 from ulna.design.observers.output_functions import output_symbols
 from ulna.symbolic.exact import attempt, tidy
-from ulna.system import ControlAffine, LinearInjection, Signal, System, control_affine
+from ulna.system import ControlAffine, LinearInjection, Signal, System
 
 _SECONDS = 0.5
 
@@ -50,11 +50,11 @@ class Observer:
         x̂' = f + g u − L (ŷ − y) holds exactly for a high-gain observer and a Kalman filter, and to first order in the
         innovation where functions of y are injected.
         """
-        view = control_affine(self.plant)
         estimates = sp.Matrix(self.system.inline(self.system.readouts))
         rates = estimates.jacobian(list(self.system.state_symbols)) * sp.Matrix(self.system.inline(self.system.rates))
-        shown = view.h.xreplace(dict(zip(view.x, estimates, strict=True)))
-        y = output_symbols(view)
+        onto = dict(zip(self.plant.state_symbols, estimates, strict=True))
+        shown = [e.xreplace(onto) for e in self.plant.inline(self.plant.readouts)]
+        y = output_symbols(self.plant)
         slopes = rates.jacobian(list(y)).xreplace(dict(zip(y, shown, strict=True)))
         return sp.ImmutableDenseMatrix(slopes.applyfunc(lambda e: tidy(e, seconds=0.2)))
 
@@ -92,7 +92,7 @@ def exact_observer(form: ObserverForm, gains: Gains) -> Observer:
     rates = controlled_rates(view).xreplace(onto) + form.jacobian.xreplace(onto) * correction
     return Observer(
         plant=view.system,
-        system=estimator_system(view, [collected(r) for r in rates], "exact observer"),
+        system=estimator_system(view.system, [collected(r) for r in rates], "exact observer"),
         polynomials=polynomials,
         verdict=form.verdict,
         form=form,
@@ -124,7 +124,7 @@ def injected_observer(form: ObserverForm, gains: Gains) -> Observer:
     injection = sp.Matrix(form.injection) + L * sp.Matrix(form.measured)
     names = tuple(f"{z.name}_hat" for z in form.map.new)
     hats = sp.Matrix([sp.Symbol(name, real=True) for name in names])
-    x_system = estimator_system(view, [sp.Integer(0)] * len(view.x), "exact observer in z")
+    x_system = estimator_system(view.system, [sp.Integer(0)] * len(view.x), "exact observer in z")
     system = replace(
         x_system,
         states=tuple(Signal(name=name, text="coordinate of the observer form") for name in names),
@@ -182,12 +182,12 @@ def estimate_symbols(plant: System) -> tuple[sp.Symbol, ...]:
 
 
 def estimator_system(
-    view: ControlAffine, rates: Sequence[sp.Expr], kind: str, *, further: Mapping[Signal, sp.Expr] | None = None
+    plant: System, rates: Sequence[sp.Expr], kind: str, *, further: Mapping[Signal, sp.Expr] | None = None
 ) -> System:
     """A `System` with states and outputs `<state>_hat` and inputs the plant's inputs and outputs.
 
     Args:
-        view: the plant.
+        plant: the plant.
         rates: (n,) derivatives of the estimates.
         kind: what it is, for names and errors.
         further: states beyond the estimates, with their derivatives.
@@ -195,9 +195,8 @@ def estimator_system(
     Raises:
         DesignError: if the plant's names leave no room for those of the estimator.
     """
-    plant = view.system
     states = tuple(replace(s, name=f"{s.name}_hat", text=f"estimate of {s.text or s.name}") for s in plant.states)
-    measured = tuple(replace(o, name=y.name) for o, y in zip(plant.outputs, output_symbols(view), strict=True))
+    measured = tuple(replace(o, name=y.name) for o, y in zip(plant.outputs, output_symbols(plant), strict=True))
     more = dict(further or {})
     clash = {s.name for s in (*states, *more)} & {s.name for s in (*plant.inputs, *measured, *plant.parameters)}
     if clash:

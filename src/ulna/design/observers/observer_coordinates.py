@@ -128,7 +128,7 @@ def _moved_back(system: System, straight: StraightenedPlant, form: ObserverForm)
         inverse_map = sp.ImmutableDenseMatrix(solved.xreplace(dict(zip(view.x, inverse_map, strict=True))))
     jacobian = (solved.jacobian(list(view.x)) * form.jacobian).applyfunc(straight.in_old)
     moved = replace(
-        in_other_outputs(form, view, output_symbols(view)),
+        in_other_outputs(form, view, output_symbols(view.system)),
         map=replace(form.map, forward=forward, inverse=inverse_map, singular=straight.in_old(form.map.singular)),
         jacobian=sp.ImmutableDenseMatrix(jacobian),
     )
@@ -147,7 +147,7 @@ def in_other_outputs(form: ObserverForm, view: ControlAffine, values: Sequence[s
     return replace(
         form,
         view=view,
-        y=output_symbols(view),
+        y=output_symbols(view.system),
         measured=tuple(e.xreplace(onto) for e in form.measured),
         drift_injection=form.drift_injection.xreplace(onto),
         input_injection=form.input_injection.xreplace(onto),

@@ -27,7 +27,7 @@ from ulna.symbolic.integration import (
     potential_in_span,
 )
 from ulna.symbolic.solving import invert_map
-from ulna.system import ControlAffine, equilibrium
+from ulna.system import ControlAffine, System, equilibrium
 
 _FREE_VALUES = (sp.Integer(0), sp.Integer(1), sp.Rational(3, 7), sp.Rational(-5, 11), sp.Integer(2))
 _SECTIONS = 8
@@ -88,7 +88,7 @@ class OutputSection:
 
 def output_section(view: ControlAffine) -> OutputSection:
     """The section of a plant whose p outputs are independent."""
-    y = output_symbols(view)
+    y = output_symbols(view.system)
     return OutputSection(
         view=view,
         y=y,
@@ -97,11 +97,11 @@ def output_section(view: ControlAffine) -> OutputSection:
     )
 
 
-def output_symbols(view: ControlAffine) -> tuple[sp.Symbol, ...]:
+def output_symbols(system: System) -> tuple[sp.Symbol, ...]:
     """(p,) symbols of the outputs; one that bears a state's name without being that state gets another name."""
-    taken = {*view.x, *view.u, *view.system.parameter_symbols}
+    taken = {*system.state_symbols, *system.input_symbols, *system.parameter_symbols}
     found = []
-    for signal, h in zip(view.system.outputs, view.h, strict=True):
+    for signal, h in zip(system.outputs, system.inline(system.readouts), strict=True):
         name = signal.name
         while sp.Symbol(name, real=True) in taken and sp.Symbol(name, real=True) != h:
             name += "_measured"

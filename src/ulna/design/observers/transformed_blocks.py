@@ -204,7 +204,7 @@ def with_outputs_replaced(system: System, found: OutputFunctions) -> System:
 def in_measured_outputs(system: System, form: ObserverForm, found: OutputFunctions) -> ObserverForm:
     """The form of the plant with replaced outputs as one of the plant itself: ỹ written in y."""
     view = control_affine(system)
-    rename = dict(zip(found.symbols, output_symbols(view), strict=True))
+    rename = dict(zip(found.symbols, output_symbols(view.system), strict=True))
     written = in_other_outputs(form, view, [psi.xreplace(rename) for psi in found.functions])
     short = partial(tidy, seconds=0.2)
     return replace(

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import sympy as sp
 
+from ulna.base import DesignError
 from ulna.design import (
     AbstractGainRule,
     Compensator,
@@ -45,6 +46,13 @@ class NamedGains(AbstractGainRule):
         """One symbol for each coefficient, counted through the chains."""
         names = iter(range(sum(orders)))
         return tuple(tuple(sp.Symbol(f"{self.stem}{next(names)}", real=True) for _ in range(r)) for r in orders)
+
+    def feedback(
+        self, A: sp.ImmutableDenseMatrix, B: sp.ImmutableDenseMatrix, names: Sequence[str], asked: str
+    ) -> sp.ImmutableDenseMatrix:
+        """Nothing: symbols place no poles of a linearisation."""
+        del A, B, names
+        raise DesignError(asked, f"the gains {self.stem}0 … are symbols of chains.", "Give poles.")
 
 
 @cache
