@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from emg_layouts import LAYOUTS
 from fuzz_texts import formula, mutated, plant
 from terminal import ulna
 
@@ -27,6 +28,7 @@ from ulna.base import UlnaError
 from ulna.campaign import Random, Uniform, open_campaign, replay, sweep, worst_cases
 from ulna.design import analyse
 from ulna.sim import simulate
+from ulna.studies.prosthesis.emg_pipeline import activations, calibrated_on_itself, fresh_memory
 from ulna.studies.prosthesis.emg_recording import read_recording
 from ulna.symbolic.formulas import parse_formula
 from ulna.system import read_system, system_from_mapping, write_system
@@ -237,14 +239,23 @@ def test_manifests_with_changed_bytes_are_campaigns_or_refused(tmp_path: Path) -
 
 
 def test_recordings_with_changed_bytes_are_read_or_refused(tmp_path: Path) -> None:
-    lines = [f"{k / 1000},{1e-4 * np.sin(k):.9g},{1e-4 * np.cos(k):.9g}" for k in range(60)]
-    good = "\n".join(["time,flexor,extensor", *lines]).encode()
+    samples = 1e-4 * np.stack([np.sin(np.arange(320)), np.cos(np.arange(320))], axis=1)
+    written = [each.write(samples) for each in LAYOUTS]
+    good = [each if isinstance(each, bytes) else each.encode() for each in written]
+    good += [b"0       " + bytes(range(256)) * 4, b"\xffBIOSEMI" + bytes(600), b"XDF:" + bytes(range(256))]
     place = tmp_path / "emg.csv"
 
     def once(chance: random.Random) -> None:
-        place.write_bytes(mutated(good, chance, most=2))
-        found = read_recording(place, rate=chance.choice((None, 1000.0)))
+        place.write_bytes(mutated(chance.choice(good), chance, most=2))
+        found = read_recording(
+            place,
+            rate=chance.choice((None, 1000.0)),
+            muscles=chance.choice(((), ("1",), ("2", "3"), ("\x1b",))),
+            envelope=chance.choice((None, None, True, False)),
+        )
         assert np.isfinite(found.samples).all()
+        assert found.said.isprintable()
+        activations(calibrated_on_itself(found)[0], found.samples, fresh_memory())
 
     assert tried(1200, once, name="recordings") > 300
 

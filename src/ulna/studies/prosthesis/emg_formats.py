@@ -84,11 +84,12 @@ def _xdf(source: Path) -> Channels:
 
     # It logs what it finds in a damaged file, with tracebacks, before it raises or hands over what is left.
     logger = logging.getLogger("pyxdf")
-    logger.disabled = True
+    before = logger.level
+    logger.setLevel(logging.CRITICAL + 1)
     try:
         streams, _ = pyxdf.load_xdf(str(source))
     finally:
-        logger.disabled = False
+        logger.setLevel(before)
     numeric = [
         each
         for each in streams

@@ -21,6 +21,8 @@ _LOOKED_AT = 400
 _MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "nil"}
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE)
 _CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d)[T ])?(?:(\d{1,2}):)?(\d{1,2}):(\d{1,2}(?:\.\d+)?)Z?")
+_GREATEST = 1e30
+"""No device writes such a number, and its square is still one."""
 _COMMENT = ("#", "%", "//")
 _UNITS = {"s": "s", "sec": "s", "secs": "s", "second": "s", "seconds": "s", "ms": "ms", "msec": "ms", "us": "us"}
 _UNITS |= {"millisecond": "ms", "milliseconds": "ms", "µs": "us", "μs": "us", "usec": "us", "microseconds": "us"}
@@ -127,7 +129,8 @@ def number(cell: str, comma: bool) -> float | None:
     if comma:
         text = text.replace(",", ".") if "." not in text else "x"
     if _NUMBER.fullmatch(text):
-        return float(text)
+        value = float(text)
+        return value if abs(value) < _GREATEST else None
     if text.lower() in _MISSING:
         return math.nan
     return _clock(text)
@@ -260,7 +263,7 @@ def _numbers(
                 raise RecordingError(
                     f"the recording '{source}'",
                     f"line {line}, column {column + 1}{f' ({names[column]})' if names[column] else ''}: "
-                    f"'{cell[:40]}' is no number.",
+                    f"'{cell[:40]}' is no number to use.",
                     "Mend or delete that line, or leave the cell empty where a sample was lost.",
                 )
             values[row, column] = value
@@ -283,4 +286,4 @@ def _place(cell: str, comma: bool) -> float:
     match = re.search(r"\d*[.]?(\d*)(?:e([-+]?\d+))?$", (cell.replace(",", ".") if comma else cell).lower())
     if not match or "." not in cell.replace(",", "."):
         return 1.0
-    return 10.0 ** (int(match[2] or 0) - len(match[1]))
+    return 10.0 ** max(-300, min(0, int(match[2] or 0) - len(match[1])))
