@@ -10,7 +10,9 @@ import sympy as sp
 from ulna.base import DesignError, Verdict
 from ulna.design.gains import Gains, gain_matrix, gain_rule, roots_of
 from ulna.design.observers.linear_error_form import ObserverForm
+from ulna.design.observers.observer_coordinates import observer_form
 from ulna.design.observers.output_functions import output_symbols
+from ulna.plants import PlantLike
 from ulna.symbolic.exact import attempt, tidy
 from ulna.system import ControlAffine, LinearInjection, Signal, System
 
@@ -70,18 +72,20 @@ class Observer:
         return self.system._repr_latex_()
 
 
-def exact_observer(form: ObserverForm, gains: Gains) -> Observer:
+def exact_observer(form: ObserverForm | PlantLike, gains: Gains) -> Observer:
     """The observer in the plant's own coordinates, whose error in z is linear with the chosen poles (paper eq. 52-53).
 
     x̂' = f(x̂) + g(x̂) u + (∂x/∂z)(x̂) [γ(y, u) − γ(ŷ, u) + L (ψ(y) − ψ(ŷ))] with ŷ = h(x̂): no inverse map is needed.
 
     Args:
-        form: the observer form.
+        form: the observer form; a plant, its name or its file stands for its observer form.
         gains: poles of A − L C, block after block.
 
     Raises:
         DesignError: if the gain rule does not fit the blocks.
+        NoFormError: if a plant has no observer form.
     """
+    form = form if isinstance(form, ObserverForm) else observer_form(form)
     view = form.view
     polynomials = gain_rule(gains).polynomials(form.indices)
     L = gain_matrix(form.indices, polynomials)
@@ -99,18 +103,20 @@ def exact_observer(form: ObserverForm, gains: Gains) -> Observer:
     )
 
 
-def injected_observer(form: ObserverForm, gains: Gains) -> Observer:
+def injected_observer(form: ObserverForm | PlantLike, gains: Gains) -> Observer:
     """The same observer in z: ẑ' = (A − L C) ẑ + γ(y, u) + L ψ(y) (paper eq. 49-51), estimates x̂ = T⁻¹(ẑ).
 
     Its `linear` part and what is injected stand apart, so that a processor can hold it exactly between samples.
 
     Args:
-        form: the observer form.
+        form: the observer form; a plant, its name or its file stands for its observer form.
         gains: poles of A − L C, block after block.
 
     Raises:
         DesignError: if the inverse map is not known or the gain rule does not fit the blocks.
+        NoFormError: if a plant has no observer form.
     """
+    form = form if isinstance(form, ObserverForm) else observer_form(form)
     view = form.view
     if form.map.inverse is None:
         raise DesignError(
