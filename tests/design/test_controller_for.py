@@ -72,7 +72,7 @@ def test_the_output_is_transformed_where_only_that_gives_a_form():
 def test_other_observers_are_chosen_by_their_options():
     gain = controller_for(FORMLESS, observer=HighGain(gains=[-1, -2], time_scale="1/10"))
     assert gain.system == high_gain_observer(FORMLESS, [-1, -2], time_scale="1/10").system
-    noise = KalmanNoise(process=[1, 2], measurement=[0.5], initial_covariance={"x2": 3})
+    noise = KalmanNoise(process=[1, 2], measurement=[0.5], covariance={"x2": 3})
     kalman = controller_for(FORMLESS, law=[-1, -2], observer=noise)
     assert kalman.observer is not None
     assert kalman.observer.system == extended_kalman_filter(FORMLESS, noise).system
@@ -88,7 +88,7 @@ def test_estimates_start_at_the_given_operating_point_and_a_covariance_at_its_ow
             "operating_point": {"x1": 3, "u": 2},
         }
     )
-    made = controller_for(plant, law=[-1, -2], observer=KalmanNoise(initial_covariance=[5, 7]))
+    made = controller_for(plant, law=[-1, -2], observer=KalmanNoise(covariance=[5, 7]))
     covariance = {"cov_x1_x1": 5.0, "cov_x1_x2": 0.0, "cov_x2_x2": 7.0}
     assert made.initial == {"x1_hat": 3.0, "x2_hat": 0.0} | covariance
     assert controller_for(plant, law=[-1, -2]).initial == {}

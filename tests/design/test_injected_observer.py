@@ -19,7 +19,8 @@ POLES = Poles(-9, -10, -11)
 
 
 def test_the_parts_add_up_to_the_observer_and_have_the_poles_asked_for() -> None:
-    parts = injected_observer(FORM, POLES).linear
+    parts = injected_observer(FORM, POLES).sampled
+    assert isinstance(parts, LinearInjection)
     assert parts is not None
     z = sp.Matrix(parts.system.state_symbols)
     whole = parts.matrix * z + sp.Matrix(parts.injection)
@@ -28,7 +29,8 @@ def test_the_parts_add_up_to_the_observer_and_have_the_poles_asked_for() -> None
 
 
 def test_it_starts_where_the_estimates_are_wanted() -> None:
-    parts = injected_observer(FORM, POLES).linear
+    parts = injected_observer(FORM, POLES).sampled
+    assert isinstance(parts, LinearInjection)
     assert parts is not None
     hats = [sp.Symbol(f"{s.name}_hat", real=True) for s in ARM.states]
     begun = dict(zip(parts.system.state_symbols, parts.start, strict=True))
@@ -58,7 +60,8 @@ def _error(estimator: System | LinearInjection, discretisation: ExactHold | Rung
 
 
 def test_the_exact_hold_of_it_is_of_second_order_and_far_better_than_holding_the_older_sample() -> None:
-    parts = injected_observer(FORM, POLES).linear
+    parts = injected_observer(FORM, POLES).sampled
+    assert isinstance(parts, LinearInjection)
     assert parts is not None
     coarse, fine = (_error(parts, ExactHold(), period) for period in (0.02, 0.01))
     assert coarse / fine == pytest.approx(4.0, rel=0.15)

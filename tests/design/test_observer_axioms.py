@@ -24,7 +24,7 @@ from ulna.design import (
 )
 from ulna.plants import model
 from ulna.symbolic.exact import are_zero
-from ulna.system import System, control_affine, system_from_mapping
+from ulna.system import LinearInjection, System, control_affine, system_from_mapping
 
 
 def plant(states: dict[str, str], outputs: dict[str, str], inputs: str = "", **rest: float) -> System:
@@ -132,7 +132,11 @@ def error_poles(observer: Observer, rest: dict[str, Any]) -> set[sp.Expr]:
     field = view.f + view.g * sp.Matrix(len(view.u), 1, list(view.u))
     assert all(sp.simplify(rate.subs(point)) == 0 for rate in field), "the plant does not rest there"
     known = {real(f"{x.name}_hat"): point[x] for x in view.x}
-    start = [e.subs(known) for e in observer.linear.start] if observer.linear else list(known.values())
+    start = (
+        [e.subs(known) for e in observer.sampled.start]
+        if isinstance(observer.sampled, LinearInjection)
+        else list(known.values())
+    )
     there = dict(zip(observer.system.state_symbols, start, strict=True)) | {u: point[u] for u in view.u}
     there |= dict(zip(measured(observer), (h.subs(point) for h in view.h), strict=True))
     rates = sp.Matrix(observer.system.inline(observer.system.rates))
@@ -213,7 +217,7 @@ def test_a_gain_of_the_wrong_sign_is_noticed_by_the_poles(name: str) -> None:
     observer = case.make()
     for row in range(len(observer.plant.states)):
         gain = observer.gains[row, :].subs({real(f"{k}_hat"): v for k, v in case.rest.items()})
-        if any(entry != 0 for entry in gain) and observer.linear is None:
+        if any(entry != 0 for entry in gain) and not isinstance(observer.sampled, LinearInjection):
             assert error_poles(with_one_gain_turned(observer, row), case.rest) != set(case.poles)
 
 

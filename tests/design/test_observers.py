@@ -150,7 +150,7 @@ def test_the_filter_of_a_linear_plant_is_kalmans_and_bucys() -> None:
     A, C = sp.Matrix([[0, 1], [-2, -3]]), sp.Matrix([[1, 0]])
     observer = extended_kalman_filter(
         plant({"x1": "x2", "x2": "-2*x1 - 3*x2"}, {"y": "x1"}),
-        KalmanNoise(process={"x2": 5}, measurement=[0.5], initial_covariance=[2, 3]),
+        KalmanNoise(process={"x2": 5}, measurement=[0.5], covariance=[2, 3]),
     )
     x1, x2, y, a, b, c = real("x1_hat", "x2_hat", "y", "cov_x1_x1", "cov_x1_x2", "cov_x2_x2")
     P = sp.Matrix([[a, b], [b, c]])

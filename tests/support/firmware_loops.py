@@ -59,6 +59,8 @@ def arm_loops() -> dict[str, Loop]:
     both = ulna.compensator(law, exact)
     injected = ulna.compensator(law, ulna.injected_observer(ulna.observer_form(arm), ulna.Poles(-9, -10, -11)))
     eager = ulna.state_feedback(form, ulna.Poles(-2, -3, -4, -5), reference=ulna.SetPoint(), integral=True)
+    noise = ulna.KalmanNoise(process=[0, 0, 10], measurement=["1e-9"])
+    seen = ulna.compensator(law, ulna.extended_kalman_filter(arm, noise))
     cut = Amplifier(lower="-24 - 0.2*i", upper="24 - 0.2*i")
     return {
         "paper": _with(arm, both, sensors=ENCODER, saturation=LIMIT, delay=1e-3),
@@ -74,6 +76,7 @@ def arm_loops() -> dict[str, Loop]:
         ),
         "states": _with(arm, law, sensors={"theta": ENCODER}, discretisation=Euler()),
         "PID": _with(arm, system_from_mapping(PID), saturation=LIMIT, delay=3e-3),
+        "Kalman": _with(arm, seen, sensors=ENCODER, saturation=LIMIT),
         "amplifier": _with(arm, both, drive=cut),
     }
 

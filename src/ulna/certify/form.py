@@ -162,7 +162,7 @@ def _error_coordinates(
     e = [sp.Symbol(f"e{k + 1}", real=True) for k in range(n)]
     plant = dict(zip(x[:n], inverse, strict=True))
     whole = [a + t.xreplace(plant) for a, t in zip(e, seen, strict=True)]
-    if observer.linear is not None:
+    if observer.sampled is not None:
         # Its states are the coordinates themselves.
         return e, [o - t for o, t in zip(own, seen, strict=True)], whole
     estimated = [t.xreplace(dict(zip(inner.old, own, strict=True))) for t in _values(inner.forward, loop)]

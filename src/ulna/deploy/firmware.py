@@ -235,6 +235,6 @@ def _initial(loop: Loop, memory: list[str], given: Mapping[str, float]) -> dict[
             f"Known: {', '.join(names)}.",
         )
     values = dict.fromkeys(memory, 0.0)
-    for name, value in given.items():
+    for name, value in {**loop.initial, **given}.items():
         values |= {slot: float(value) for slot in names[name] if slot in values}
     return values

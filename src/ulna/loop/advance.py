@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 from ulna.loop.discretisation import Euler, ExactHold, RungeKutta4
 from ulna.loop.fitted import Fitted
+from ulna.loop.kalman import filtered
+from ulna.loop.rows import Pair, roles, row_of
 from ulna.loop.runge_kutta import combined, moved
 from ulna.program import (
     COSTLY,
@@ -17,16 +19,7 @@ from ulna.program import (
     Operation,
     Scalar,
     costly_first,
-    restricted,
 )
-
-Pair = tuple[Sequence[Scalar], Sequence[Scalar]]
-"""Values at the older and at the newer sample."""
-
-
-def row_of(kernel: Kernel, stem: str) -> Kernel:
-    """The kernel of the outputs stem0, stem1, … only."""
-    return restricted(kernel, [label for label in kernel.outputs if label.rstrip("0123456789") == stem])
 
 
 def advance(loop: Fitted) -> Kernel:
@@ -91,9 +84,15 @@ def _advanced(
         outputs: gets the memory, and whether it is good, too.
     """
     missed, good = skips
-    count = len(loop.wiring.references)
+    count, moves = len(loop.wiring.references), None if missed is None else missed.negated()
     z, references = w.inputs("z", len(loop.wiring.memory)), (w.inputs("r_old", count), w.inputs("r", count))
+    begun = [w.input("begun")] * len(z)
     match loop.hardware.discretisation:
+        case Euler() | RungeKutta4() if loop.wiring.filter is not None:
+            # It reads the first sample, too.
+            begun[: loop.wiring.observed] = [w.constant(1.0)] * loop.wiring.observed
+            advanced = filtered(loop, w, z, samples, references)
+            advanced = _by_trapezoids(loop, w, z, advanced, samples, references, outputs)
         case Euler(substeps=steps, interpolate=interpolate):
             row = _Row(loop, w, "z'", samples, outputs, interpolate=interpolate)
             advanced = _euler(w, row, z, (references[0], references[0]), steps)
@@ -102,14 +101,13 @@ def _advanced(
             advanced = _runge_kutta(w, row, z, references, steps)
         case ExactHold(interpolate=interpolate):
             advanced = _exact(loop, w, z, samples, references, outputs, interpolate=interpolate)
-    moves, begun = None if missed is None else missed.negated(), w.input("begun")
     if loop.hardware.guard:
         good = finite(advanced) if good is None else good.both(finite(advanced))
         moves = good if moves is None else moves.both(good)
-        outputs["fault"] = begun.where(good.where(0.0, math.nan), outputs["fault"])
+        outputs["fault"] = begun[0].where(good.where(0.0, math.nan), outputs["fault"])
     for k, value in enumerate(advanced):
         # Outermost what is the same for all runs: a compiler makes two loops of it.
-        outputs[f"z{k}"] = begun.where(value if moves is None else moves.where(value, z[k]), z[k])
+        outputs[f"z{k}"] = begun[k].where(value if moves is None else moves.where(value, z[k]), z[k])
         if k in loop.frozen:
             outputs[f"kept{k}"] = z[k]
 
@@ -146,11 +144,6 @@ class _Row:
 
     def _costly(self, y: Sequence[Scalar]) -> list[Scalar]:
         return list(self.w.call(self.parts.before, roles(y=y)).values())
-
-
-def roles(**rows: Sequence[Scalar]) -> dict[str, Scalar]:
-    """Inputs of a kernel: stem0, stem1 and so on of each row."""
-    return {f"{stem}{k}": value for stem, row in rows.items() for k, value in enumerate(row)}
 
 
 def _between(pair: Pair, fraction: float) -> Sequence[Scalar]:
@@ -206,11 +199,24 @@ def _exact(
             for j, each in enumerate(row):
                 value = w.input(f"{name}_{i}_{j}").fused(each, value)
         z_new.append(value)
-    own = range(n, len(z))
+    return _by_trapezoids(loop, w, z, z_new, samples, r, outputs)
+
+
+def _by_trapezoids(
+    loop: Fitted,
+    w: Assembly,
+    z: Sequence[Scalar],
+    z_new: list[Scalar],
+    samples: Pair,
+    r: Pair,
+    outputs: dict[str, Scalar],
+) -> list[Scalar]:
+    """The estimator's new states, and the law's by the trapezoidal rule."""
+    own = range(len(z_new), len(z))
     if own:
         h = w.input("period")
         rates = _Row(loop, w, "z'", samples, outputs, interpolate=True)
         k1 = rates(z, r[0], 0.0)
         k2 = rates(z_new + [h.fused(k1[k], z[k]) for k in own], r[1], 1.0)
-        z_new += [(0.5 * h).fused(k1[k] + k2[k], z[k]) for k in own]
+        return z_new + [(0.5 * h).fused(k1[k] + k2[k], z[k]) for k in own]
     return z_new

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ulna.loop.advance import finite, roles, row_of
+from ulna.loop.advance import finite
 from ulna.loop.fitted import Fitted
+from ulna.loop.rows import roles, row_of
 from ulna.program import Assembly, Kernel, Scalar
 
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ulna.base import SimulationError
-from ulna.loop.advance import roles, row_of
 from ulna.loop.applied import bridges
 from ulna.loop.drive import Pwm
 from ulna.loop.fitted import Fitted
 from ulna.loop.pace import pace
 from ulna.loop.pulses import CARRIERS, STEPS, pulses, shifted
+from ulna.loop.rows import roles, row_of
 from ulna.loop.runge_kutta import combined, mean, moved
 from ulna.loop.wiring import TIME, Wiring, numbered
 from ulna.program import HOISTED, Assembly, Hoisted, Kernel, Scalar, hoist

@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from ulna.base import UlnaError
-from ulna.loop.advance import roles, row_of
 from ulna.loop.fitted import Fitted
+from ulna.loop.rows import roles, row_of
 from ulna.program import Assembly, Kernel, Scalar, tangents
 
 ROUNDS = 16

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ulna.base import SimulationError
-from ulna.system import LinearInjection, System, connect
+from ulna.system import KalmanFilter, LinearInjection, System, connect
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -24,7 +24,7 @@ class Parts:
 
     system: System
     law: System | None
-    observer: System | LinearInjection | None = None
+    observer: System | LinearInjection | KalmanFilter | None = None
     states_first: bool = False
     initial: Mapping[str, float] = field(default_factory=dict)
 
@@ -32,7 +32,7 @@ class Parts:
 def parts_of(controller: Any) -> Parts:
     """The parts of a controller: a `System`, or what has one as its `.system` and perhaps `.law` and `.observer`.
 
-    An observer by itself has `.linear`, and None where its linear part is not known.
+    An observer by itself has `.sampled`, None where a processor runs steps of its rates.
 
     Raises:
         SimulationError: what is neither.
@@ -41,15 +41,15 @@ def parts_of(controller: Any) -> Parts:
         return controller
     whole = _system(controller)
     law, observer = getattr(controller, "law", None), getattr(controller, "observer", None)
-    if law is None and observer is None and hasattr(controller, "linear"):
+    if law is None and observer is None and hasattr(controller, "sampled"):
         observer = controller
     if observer is None:
         return Parts(system=whole, law=whole, states_first=bool(getattr(controller, "reads_states", False)))
-    linear = observer if isinstance(observer, LinearInjection) else getattr(observer, "linear", None)
+    sampled = observer if isinstance(observer, LinearInjection | KalmanFilter) else getattr(observer, "sampled", None)
     return Parts(
         system=whole,
         law=None if law is None else _system(law),
-        observer=_system(observer) if linear is None else linear,
+        observer=_system(observer) if sampled is None else sampled,
         initial={name: float(value) for name, value in getattr(observer, "initial", {}).items()},
     )
 

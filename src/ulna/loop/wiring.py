@@ -13,7 +13,7 @@ from ulna.loop.parts import parts_of
 from ulna.loop.reading import reading
 from ulna.program import Hoisted, hoist
 from ulna.symbolic.compiling import kernel
-from ulna.system import LinearInjection, Signal, System
+from ulna.system import KalmanFilter, LinearInjection, Signal, System
 
 TIME = sp.Symbol("t", real=True)
 """The time in formulas, in seconds."""
@@ -33,8 +33,9 @@ class Wiring:
         references: inputs of the controller that nothing in the loop feeds.
         memory: states of estimator and controller. estimates: what they show besides commands.
         observed: how many of the memory belong to the estimator.
-        injected: the estimator, where its linear part is known.
-        controller: z' (`z'k`), injections (`wk`), estimates (`ek`) and commands (`ck`), hoisted by q.
+        injected: the estimator, where its linear part is known. filter: the estimator, where it is a Kalman filter.
+        controller: z' (`z'k`), injections (`wk`), a filter's rates of the plant (`fk`) and innovations (`vk`),
+            estimates (`ek`) and commands (`ck`), hoisted by q.
         parameters: (q,) owner's name and value, None where it has none.
     """
 
@@ -49,6 +50,7 @@ class Wiring:
     estimates: tuple[Signal, ...]
     observed: int
     injected: LinearInjection | None
+    filter: KalmanFilter | None
     controller: Hoisted
     parameters: tuple[tuple[str, sp.Expr | None], ...]
 
@@ -71,7 +73,7 @@ def wire(plant: System, controller: Any) -> Wiring:
     """
     parts = parts_of(controller)
     estimator = parts.observer
-    observer = estimator.system if isinstance(estimator, LinearInjection) else estimator
+    observer = estimator.system if isinstance(estimator, LinearInjection | KalmanFilter) else estimator
     law = parts.law or _NOTHING
     commanded = {s.name for s in law.outputs}
     driven = tuple(s for s in plant.inputs if s.name in commanded)
@@ -90,18 +92,21 @@ def wire(plant: System, controller: Any) -> Wiring:
         }
     meaning = {**renamed[-1], **{s.symbol: found.source(s, estimates) for s in law.inputs}}
     rates = [e.xreplace(meaning) for e in law.inline(law.rates)]
-    injections: list[sp.Expr] = []
+    rows: dict[str, list[sp.Expr]] = {}
     if observer is not None:
         rates = [e.xreplace(seen) for e in observer.inline(observer.rates)] + rates
         if isinstance(estimator, LinearInjection):
-            injections = [e.xreplace(seen) for e in observer.inline(estimator.injection)]
+            rows["w"] = [e.xreplace(seen) for e in observer.inline(estimator.injection)]
+        if isinstance(estimator, KalmanFilter):
+            rows |= {"f": [e.xreplace(seen) for e in estimator.rates]}
+            rows |= {"v": [e.xreplace(seen) for e in estimator.innovations]}
     commands = {}
     for signal, readout in zip(law.outputs, law.inline(law.readouts), strict=True):
         if signal.name in found.driven:
             commands[signal.name] = readout.xreplace(meaning)
         else:
             estimates[signal.name] = (signal, readout.xreplace(meaning))
-    rows = {"w": injections, "e": [e for _, e in estimates.values()], "c": [commands[s.name] for s in driven]}
+    rows |= {"e": [e for _, e in estimates.values()], "c": [commands[s.name] for s in driven]}
     return Wiring(
         name=parts.system.name if parts.law is None else law.name,
         plant=plant,
@@ -114,6 +119,7 @@ def wire(plant: System, controller: Any) -> Wiring:
         estimates=tuple(s for s, _ in estimates.values()),
         observed=0 if observer is None else len(observer.states),
         injected=estimator if isinstance(estimator, LinearInjection) else None,
+        filter=estimator if isinstance(estimator, KalmanFilter) else None,
         controller=_controller_kernel(found, owners, rates, rows),
         parameters=tuple((p.name, p.si_value) for owner in owners for p in owner.parameters),
     )

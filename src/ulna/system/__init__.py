@@ -7,6 +7,7 @@ from ulna.system.equilibrium_range import Equilibria, equilibria
 from ulna.system.equilibrium_search import equilibrium
 from ulna.system.file import read_system, write_system
 from ulna.system.holder import HasSystem, SystemLike, as_system
+from ulna.system.kalman_filter import KalmanFilter
 from ulna.system.linear_injection import LinearInjection
 from ulna.system.linearisation import Linearisation, linearise
 from ulna.system.operating_point import equilibrium_in_numbers, given_point, known_signs
@@ -24,6 +25,7 @@ __all__ = [
     "Equilibria",
     "Equilibrium",
     "HasSystem",
+    "KalmanFilter",
     "LinearInjection",
     "Linearisation",
     "Parameter",

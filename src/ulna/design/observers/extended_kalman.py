@@ -1,5 +1,6 @@
-"""Extended Kalman filter in continuous time (Kalman and Bucy; Gelb, Applied Optimal Estimation, 1974, section 6.1).
+"""Extended Kalman filter, in continuous time and what it is made of for a processor.
 
+In continuous time (Kalman and Bucy; Gelb, Applied Optimal Estimation, 1974, section 6.1)
 x̂' = f(x̂) + g(x̂) u + P Hᵀ R⁻¹ (y − h(x̂)), P' = F P + P Fᵀ + Q − P Hᵀ R⁻¹ H P with F = ∂(f + g u)/∂x and H = ∂h/∂x at x̂.
 """
 
@@ -17,28 +18,34 @@ from ulna.design.observers.output_functions import output_symbols
 from ulna.geometry import observability
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.formulas import exact
-from ulna.system import Signal, System, control_affine
+from ulna.system import KalmanFilter, Signal, System, control_affine
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KalmanNoise:
     """How much noise a Kalman filter is to expect.
 
+    Densities are those of white noise in continuous time, in SI² s: samples of standard deviation σ every T seconds
+    have σ² T, an encoder of step q has q² T/12. On a processor a sample's variance is density / T again.
+
     Attributes:
         process: (n,) spectral densities of the rates, the diagonal of Q, by position or by state name.
         measurement: (p,) spectral densities of the outputs, the diagonal of R, by position or by output name.
-        initial_covariance: (n,) the diagonal of P at the start, by position or by state name.
+        covariance: (n,) the diagonal of P at the start, by position or by state name.
 
     What is left out is 1.
     """
 
     process: Sequence[Any] | Mapping[str, Any] | None = None
     measurement: Sequence[Any] | Mapping[str, Any] | None = None
-    initial_covariance: Sequence[Any] | Mapping[str, Any] | None = None
+    covariance: Sequence[Any] | Mapping[str, Any] | None = None
 
 
 def extended_kalman_filter(system: PlantLike, noise: KalmanNoise | None = None) -> Observer:
     """The filter as a system with n estimates and the n(n+1)/2 entries `cov_<state>_<state>` of P.
+
+    In a loop with a processor it is the filter in discrete time: predict with the plant's own step over the period,
+    update in Joseph form at each sample, the first one included.
 
     It converges locally where the plant is observable along the motion; nothing is promised from afar.
 
@@ -55,7 +62,7 @@ def extended_kalman_filter(system: PlantLike, noise: KalmanNoise | None = None) 
     if not len(view.h):
         raise PlantError(f"extended Kalman filter of '{system.name}'", "the plant has no output.", "Add [outputs].")
     Q, R = densities(system, noise)
-    start = _diagonal(noise.initial_covariance, [s.name for s in system.states], "initial covariance", positive=False)
+    start = _diagonal(noise.covariance, [s.name for s in system.states], "initial covariance", positive=False)
     hats = estimate_symbols(system)
     onto = dict(zip(view.x, hats, strict=True))
     P, entries = _covariance(system)
@@ -66,13 +73,21 @@ def extended_kalman_filter(system: PlantLike, noise: KalmanNoise | None = None) 
     innovation = sp.Matrix(list(output_symbols(view.system))) - sp.Matrix(view.h).xreplace(onto)
     riccati = F * P + P * F.T + Q - gain * H * P
     further = {Signal(name=name, text=f"covariance of {a} and {b}"): riccati[i, j] for name, a, b, i, j in entries}
-    rates = list(drift.xreplace(onto) + gain * innovation)
+    moved = drift.xreplace(onto)
+    whole = estimator_system(view.system, list(moved + gain * innovation), "extended Kalman filter", further=further)
     return Observer(
         plant=system,
-        system=estimator_system(view.system, rates, "extended Kalman filter", further=further),
+        system=whole,
         polynomials=(),
         verdict=_locally(system),
         initial={name: start[i, i] if i == j else sp.Integer(0) for name, _, _, i, j in entries},
+        sampled=KalmanFilter(
+            system=whole,
+            rates=tuple(moved),
+            innovations=tuple(innovation),
+            process=tuple(Q.diagonal()),
+            measurement=tuple(R.diagonal()),
+        ),
     )
 
 

@@ -14,7 +14,7 @@ from ulna.design.observers.observer_coordinates import observer_form
 from ulna.design.observers.output_functions import output_symbols
 from ulna.plants import PlantLike
 from ulna.symbolic.exact import attempt, tidy
-from ulna.system import ControlAffine, LinearInjection, Signal, System
+from ulna.system import ControlAffine, KalmanFilter, LinearInjection, Signal, System
 
 _SECONDS = 0.5
 
@@ -34,7 +34,8 @@ class Observer:
         verdict: on what the convergence rests (the form by substitution; the triangular structure; observability).
         form: the observer form it was designed in, where the error is exactly linear; None for other kinds.
         initial: values at which further states of the estimator (a covariance) start; the estimates start at zero.
-        linear: its states' linear part and what is injected, of an observer that runs in the form's coordinates.
+        sampled: what a processor runs instead of steps of its rates: of an observer in the form's coordinates its
+            linear part and what is injected, of a Kalman filter the plant's rates, innovations and densities.
     """
 
     plant: System
@@ -43,7 +44,7 @@ class Observer:
     verdict: Verdict
     form: ObserverForm | None = None
     initial: Mapping[str, sp.Expr] = field(default_factory=dict)
-    linear: LinearInjection | None = None
+    sampled: LinearInjection | KalmanFilter | None = None
 
     @property
     def gains(self) -> sp.ImmutableDenseMatrix:
@@ -144,7 +145,7 @@ def injected_observer(form: ObserverForm | PlantLike, gains: Gains) -> Observer:
         polynomials=polynomials,
         verdict=form.verdict,
         form=form,
-        linear=LinearInjection(
+        sampled=LinearInjection(
             system=system,
             matrix=sp.ImmutableDenseMatrix(matrix.xreplace(view.system.values)),
             injection=tuple(injection),
