@@ -10,7 +10,7 @@ import sympy as sp
 
 from ulna.base import Verdict, all_of
 from ulna.geometry.lie import lie_derivative
-from ulna.geometry.smoothness import require_smooth
+from ulna.geometry.smoothness import require_slopes, without_signs
 from ulna.symbolic.exact import SampledZero, attempt, generic_rank, minor_determinant, rank_at, tidy
 from ulna.system import ControlAffine, System, control_affine, equilibrium
 
@@ -119,7 +119,7 @@ def _differentiated(output: sp.Expr, view: ControlAffine) -> _Differentiated:
     if not view.u:
         return _Differentiated(degree=None, row=none, chain=tuple(chain), free=())
     for order in range(1, len(view.x) + 1):
-        require_smooth([chain[-1]], asked)
+        require_slopes(chain[-1], view.x, asked)
         step = attempt(_SECONDS, f"derivative {order} of {output}", _derivatives, chain[-1], view).value
         if step is None:
             claim = f"derivative {order} is free of the inputs"
@@ -139,7 +139,10 @@ def _differentiated(output: sp.Expr, view: ControlAffine) -> _Differentiated:
 def _derivatives(function: sp.Expr, view: ControlAffine) -> tuple[sp.Expr, list[sp.Expr], list[Verdict]]:
     """L_f φ, the L_{g_j} φ, and whether each of the latter vanishes."""
     row = [lie_derivative(function, field, view.x) for field in view.input_fields]
-    return lie_derivative(function, view.f, view.x), row, [_TEST(entry) for entry in row]
+    derivative = lie_derivative(function, view.f, view.x)
+    if derivative.has(sp.sign):
+        row, derivative = [without_signs(entry) for entry in row], without_signs(derivative)
+    return derivative, row, [_TEST(entry) for entry in row]
 
 
 def _names(degrees: Sequence[int | None]) -> str:

@@ -31,7 +31,7 @@ from ulna.geometry import (
 )
 from ulna.symbolic.exact import zero_set
 from ulna.symbolic.solving import on_branch
-from ulna.system import System, equilibrium_in_numbers
+from ulna.system import NON_SMOOTH, System, equilibrium_in_numbers
 
 _NO_OUTPUT = "the plant has no output"
 _NO_INPUT = "the plant has no input"
@@ -74,6 +74,10 @@ def _state_linearisation(system: System) -> dict[str, Answer]:
 
 
 def _linearisation(system: System) -> dict[str, Answer]:
+    if any(rate.has(*NON_SMOOTH) for rate in system.inline(system.rates)) and (given := law_of_outputs(system)):
+        # The given outputs need few derivatives, which exist; brackets would need them all.
+        reason = "q has brackets in it, which need more derivatives than the plant has"
+        return given | {key: not_applicable(key, reason) for key in ("q_closed", "integrating_factor")}
     found = linearising_outputs(system)
     answers = {"linearizing_outputs": Answer(verdict=found.verdict, value=None)} | _last_row(system, found)
     if found.functions is None:

@@ -17,7 +17,7 @@ from ulna.geometry import RelativeDegree, accessible, relative_degree, relative_
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact import attempt
 from ulna.symbolic.formulas import formula
-from ulna.system import ControlAffine, System, control_affine
+from ulna.system import NON_SMOOTH, ControlAffine, System, control_affine
 
 _SECONDS = 2.0
 """s, for brackets that only explain a refusal."""
@@ -65,6 +65,12 @@ def _controller_form(system: System, outputs: tuple[sp.Expr, ...] | None) -> Lin
                 value=relative,
             )
         return _form(relative, verdict)
+    if view.f.has(*NON_SMOOTH) or view.g.has(*NON_SMOOTH):
+        # Brackets differentiate all of it; the given outputs only what they reach, and that may be smooth enough.
+        relative = relative_degree(system) if len(view.h) == len(view.u) else None
+        verdict = None if relative is None else linearises(relative)
+        if relative is not None and verdict is not None and verdict.holds:
+            return _form(relative, verdict)
     found = linearising_outputs(system)
     if found.functions is None or found.relative_degree is None:
         raise _no_form(found)
