@@ -232,3 +232,27 @@ def test_the_implicit_engine_holds_as_well() -> None:
     assert run.final_state[1] == 0.0
     # v' = i − 1 − v; the winding takes 1e-5 s.
     assert held(run)[0][0] == pytest.approx(math.log(3.0), abs=1e-4)
+
+
+def test_a_level_between_clamps_leaves_them_when_the_flow_turns() -> None:
+    full = sp.And(x >= 2, u > 0)
+    empty = sp.And(x <= 0, u < 0)
+    clamped = plant({"x": sp.Piecewise((0, full), (0, empty), (u, True))})
+    run = simulate(clamped, [1.0], np.linspace(0.0, 12.0, 121), inputs={"u": 2 * sp.sin(TIME)})
+    times = run.times
+    # Full at cos t = 1/2, empty at cos t = 0 after the turn at π, full again at cos t = 0 after 2 π.
+    right = np.select(
+        [times < math.pi / 3, times < math.pi, times < 1.5 * math.pi, times < 2 * math.pi, times < 2.5 * math.pi],
+        [3 - 2 * np.cos(times), 2.0, -2 * np.cos(times), 0.0, 2 - 2 * np.cos(times)],
+        np.where(times < 3 * math.pi, 2.0, np.where(times < 3.5 * math.pi, -2 * np.cos(times), 0.0)),
+    )
+    np.testing.assert_allclose(run["x"], right, rtol=0, atol=1e-9)
+
+
+def test_an_empty_tank_stays_empty_until_it_is_fed_again() -> None:
+    feed = Held.known(times=np.array([0.0, 5.0]), values=np.array([0.0, 0.5]))
+    tank = plant({"x": u - sp.sqrt(sp.Max(x, 0))})
+    run = simulate(tank, [1.0], np.linspace(0.0, 10.0, 21), inputs={"u": feed})
+    assert not run["x"][4:11].any()
+    root = math.sqrt(run.final_state[0])
+    assert -2 * root - math.log(1 - 2 * root) == pytest.approx(5.0, abs=1e-7)

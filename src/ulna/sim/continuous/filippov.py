@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 
-from ulna.sim.continuous.course import Course
+from ulna.sim.continuous.course import MOMENT, Course
 
 ROUNDING = 1e-12
 """Rates below this part of what they are summed from are zero."""
@@ -96,16 +97,31 @@ class _Field:
         """Rates up to this are zero."""
         return ROUNDING * self._size
 
+    def _side(self, sides: Sequence[int]) -> Course:
+        modes = list(self._at.modes)
+        for guard, side in zip(self._guards, sides, strict=True):
+            modes[guard] = float(side)
+        return replace(self._at, modes=modes, held=())
+
     def _corner(self, sides: tuple[int, ...]) -> np.ndarray:
         if sides not in self._corners:
-            modes = list(self._at.modes)
-            for guard, side in zip(self._guards, sides, strict=True):
-                modes[guard] = float(side)
-            there = replace(self._at, modes=modes, held=())
+            there = self._side(sides)
             rates, _ = there.motion(there, there.time, there.state)
+            later, _ = there.motion(there, *self._later)
             self._size = np.maximum(self._size, np.abs(self._slopes * rates).sum(axis=1) + np.abs(self._drift))
-            self._corners[sides] = self._slopes @ rates + self._drift
+            here, soon = self._slopes @ rates + self._drift, self._slopes @ later + self._drift
+            # Of a rate that is about to change its sign rounding has left either.
+            self._corners[sides] = np.where(np.abs(here) <= np.abs(soon - here), soon, here)
         return self._corners[sides]
+
+    @cached_property
+    def _later(self) -> tuple[float, np.ndarray]:
+        """Time and state a moment later, the same for all sides."""
+        at, count = self._at, len(self._guards)
+        ends = [self._side([side] * count) for side in (-1, 1)]
+        mean = np.mean([end.motion(end, at.time, at.state)[0] for end in ends], axis=0)
+        moment = MOMENT * at.span
+        return at.time + moment, at.state + moment * mean
 
     def _rates(self, levels: np.ndarray) -> np.ndarray:
         """The rates with jumps between their sides."""
