@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -14,6 +15,7 @@ from ulna.sim.event import Event, EventKind, switched
 from ulna.sim.figures import outside
 from ulna.sim.inputs import Held, Input
 from ulna.sim.outcome import Outcome
+from ulna.sim.sampled.chatter import chatter
 from ulna.sim.sampled.engine import FixedSteps
 from ulna.sim.sampled.prepared import HEAD
 from ulna.sim.sampled.work import Worked, work
@@ -74,7 +76,7 @@ def _trajectory(
         final = np.array([ended[f"x{k}"] for k in range(n)])
         kept_times = np.append(kept_times, max(ended["end"], np.nextafter(times[-1], np.inf)))
         kept_states = np.vstack([kept_states, final])
-    return Trajectory(
+    run = Trajectory(
         system=loop.plant,
         parameters=dict(zip((p.name for p in loop.plant.parameters), starts.parameters[0].tolist(), strict=False)),
         drive={**_given(loop, starts), **_applied(loop, done, record, columns)},
@@ -84,6 +86,8 @@ def _trajectory(
         further=MappingProxyType(_series(done, record, rows, extra=extra)),
         events=_events(loop, starts, done, record, columns, outcome, ended),
     )
+    note = chatter(run, done.made.fitted.period)
+    return replace(run, note=note) if note else run
 
 
 def _given(loop: Loop, starts: Starts) -> dict[str, Input]:
