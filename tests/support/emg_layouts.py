@@ -216,6 +216,26 @@ LAYOUTS = (
     ),
     Layout(key="my ware", write=_my_ware, rate=50.0, envelope=True, one=True, said=("envelopes", "1 muscle")),
     Layout(
+        key="packets",
+        write=_file("time,flexor,extensor", time=lambda k: f"{k // 8 * 0.04:.3f}"),
+        rate=200.0,
+        said=("clock jitter smoothed",),
+    ),
+    Layout(
+        key="a comma at each end",
+        write=_file("Time,s;Biceps,uV;Triceps,uV", time=_seconds(1500), between=";", more=";"),
+        rate=1500.0,
+        scale=1e-6,
+        said=("(Biceps, Triceps)",),
+    ),
+    Layout(
+        key="row numbers",
+        write=lambda s: "\n".join(
+            ["time,flexor,extensor", *(f"{k + 1},{each}" for k, each in enumerate(rows(s, time=_seconds(1000))))]
+        ),
+        said=("(flexor, extensor)",),
+    ),
+    Layout(
         key="lab chart",
         write=_file(
             "Interval=\t0.5 ms",

@@ -53,9 +53,13 @@ def read_clock(sheet: Sheet, rate: float | None) -> Clock:
     failed: RecordingError | None = None
     for column in times:
         try:
-            return _from_times(sheet, column, stated, asked=rate is not None, columns=columns)
+            clock = _from_times(sheet, column, stated, asked=rate is not None, columns=columns)
         except RecordingError as error:
             failed = failed or error
+            continue
+        # Of a clock that jitters and sample numbers with a rate, the numbers tell what was lost.
+        if not ("jitter" in clock.said and indices and stated is not None):
+            return clock
     if failed is not None and not (indices and stated is not None):
         raise failed
     if stated is None:
@@ -130,11 +134,13 @@ def _from_times(sheet: Sheet, column: int, stated: float | None, *, asked: bool,
     step = _step(steps)
     unit, assumed = _unit(sheet, column, step, stated)
     scale = _SECONDS[unit]
-    rows, smoothed = _even(sheet, times * scale, step * scale, sheet.places[column] * scale)
+    place = float(sheet.places[column]) * scale
+    rows, jitter = _even(sheet, times * scale, step * scale, place)
     duration = (times[-1] - times[0]) * scale
-    exact = rows[-1] / duration
-    doubt = 2 * sheet.places[column] * scale / duration + 1e-9
-    if stated is not None and abs(exact - stated) > max(1e-3, doubt, 0.02 * bool(smoothed)) * stated:
+    exact = rows[-1] / duration if not jitter else 1 / (float(np.polyfit(rows, times, 1)[0]) * scale)
+    doubt = 2 * max(place, jitter) / duration + 1e-9
+    smoothed = f", {1e3 * jitter:.2g} ms of clock jitter smoothed" if jitter else ""
+    if stated is not None and abs(exact - stated) > max(1e-3, doubt) * stated:
         where = "its titles" if not asked else f"rate={stated:g}"
         raise RecordingError(
             f"the recording '{sheet.source}'",
@@ -175,8 +181,8 @@ def _unit(sheet: Sheet, column: int, step: float, stated: float | None) -> tuple
     )
 
 
-def _even(sheet: Sheet, times: np.ndarray, step: float, place: float) -> tuple[np.ndarray, str]:
-    """(rows of the times in an even grid, what was smoothed).
+def _even(sheet: Sheet, times: np.ndarray, step: float, place: float) -> tuple[np.ndarray, float]:
+    """(rows of the times in an even grid, s by which the clock jitters around it).
 
     Where the clock is good, a step of two or more is lost samples. Where it jitters, samples are lost only if the times
     stay late afterwards.
@@ -185,14 +191,15 @@ def _even(sheet: Sheet, times: np.ndarray, step: float, place: float) -> tuple[n
     whole = np.round(shares)
     strays = float(np.abs(shares - whole).max())
     if strays <= 0.35 and (whole >= 1).all():
-        return _summed(whole), ""
+        return _summed(whole), 0.0
     rows = _summed(_moves(times, step, place))
     # Lost samples were in the first guess of the step; the second one is without them.
     step = float(times[-1] - times[0]) / float(rows[-1])
     rows = _summed(_moves(times, step, place))
     slope, offset = np.polyfit(rows, times, 1)
     worst = np.abs(times - offset - slope * rows)
-    allowed = max(STRAYING, 0.6 * step + place)
+    steps = np.diff(times)
+    allowed = max(STRAYING, 0.6 * max(step, float(np.median(steps[steps > 0]))) + place)
     if worst.max() > allowed:
         line = sheet.lines[int(worst.argmax())]
         raise RecordingError(
@@ -203,14 +210,16 @@ def _even(sheet: Sheet, times: np.ndarray, step: float, place: float) -> tuple[n
         )
     # Rounding to the last place that is written down is no jitter.
     jitter = float(worst.max())
-    return rows, "" if jitter <= 1.1 * place else f", {1e3 * jitter:.2g} ms of clock jitter smoothed"
+    return rows, 0.0 if jitter <= 1.1 * place else jitter
 
 
 def _moves(times: np.ndarray, step: float, place: float) -> np.ndarray:
     """Rows from each time to the next one of a clock that jitters: more than one where the times stay late."""
     moves = np.ones(len(times) - 1)
     late = times - times[0] - step * np.arange(len(times))
-    for k in np.flatnonzero(np.diff(times) > 1.5 * step + place):
+    steps = np.diff(times)
+    # Where packets of samples bear one time, the usual step is that of packets.
+    for k in np.flatnonzero(steps > 1.5 * max(step, float(np.median(steps[steps > 0]))) + place):
         before, after = late[max(0, k - 19) : k + 1], late[k + 1 : k + 21]
         lost = max(0, round(float(np.median(after) - np.median(before)) / step))
         moves[k] += lost

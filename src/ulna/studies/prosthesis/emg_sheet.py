@@ -76,7 +76,8 @@ def read_sheet(source: Path) -> Sheet:
             "it holds 0 samples.",
             "A line holds the time and one value for each muscle; titles may stand above.",
         )
-    names, units = _heads([each for _, each in above], delimiter, width)
+    spare = all(not cells[-1] for _, cells in rows[first:])
+    names, units = _heads([each for _, each in above], delimiter, width, spare=spare)
     data, layout = rows[first:], [words] if words else []
     if len(data) > 3 and len(data[-1][1]) < width:
         data = data[:-1]
@@ -200,8 +201,11 @@ def _beginning(rows: list[tuple[int, list[str]]], comma: bool) -> tuple[int, int
     return width, len(rows)
 
 
-def _heads(above: list[str], delimiter: str, width: int) -> tuple[list[str], list[str]]:
-    """Names and units of the columns: the last line above the numbers that has as many, units apart or in brackets."""
+def _heads(above: list[str], delimiter: str, width: int, *, spare: bool) -> tuple[list[str], list[str]]:
+    """Names and units of the columns: the last line above the numbers that has as many, units apart or in brackets.
+
+    One title fewer is that of a last column that is empty (`spare`), or of a first one of row numbers.
+    """
     names, units = [""] * width, [""] * width
     for text in reversed(above):
         line = text.strip().lstrip("#%/ ") if text.lstrip().startswith(_COMMENT) else text
@@ -213,6 +217,8 @@ def _heads(above: list[str], delimiter: str, width: int) -> tuple[list[str], lis
         cells = [each.strip() for each in cells]
         if len(cells) == width + 1 and not cells[-1]:
             cells = cells[:-1]
+        if len(cells) == width - 1 > 1 and delimiter != _SPACES:
+            cells = [*cells, ""] if spare else ["", *cells]
         if len(cells) != width or not any(cells):
             continue
         bare = [each.strip("[]()").lower() for each in cells]
@@ -220,7 +226,7 @@ def _heads(above: list[str], delimiter: str, width: int) -> tuple[list[str], lis
             units = [_UNITS.get(each, "") for each in bare]
         elif not any(re.fullmatch(r"[-+]?[\d.,]+\s*\w{0,3}", each) for each in cells):
             names = [printable(_bare_name(each))[:60] for each in cells]
-            inside = [re.search(r"[\[(_ ]\s*([^\[\]()_ ]+)\s*[\])]?\s*$", each) for each in cells]
+            inside = [re.search(r"[\[(_ ,]\s*([^\[\]()_ ,]+)\s*[\])]?\s*$", each) for each in cells]
             own = [_UNITS.get(match[1].lower(), "") if match else "" for match in inside]
             units = [a or b for a, b in zip(units, own, strict=True)]
             break
@@ -239,7 +245,9 @@ def _title_cells(line: str, delimiter: str) -> list[str]:
 
 
 def _bare_name(cell: str) -> str:
-    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", cell.strip().strip("\"'")).strip()
+    bare = re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", cell.strip().strip("\"'")).strip()
+    name, _, unit = bare.rpartition(",")
+    return name.strip() if unit.strip().lower() in _UNITS and name else bare
 
 
 def _numbers(
