@@ -142,3 +142,30 @@ def test_options_without_what_they_act_on_are_refused():
         controller_for(ARM, observer=[-9, -10, -11], integral=True)
     with pytest.raises(DesignError, match="reference: the law is designed already"):
         controller_for(ARM, law=state_feedback(ARM, [-1, -2, -3]), reference=SetPoint())
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "better"),
+    [
+        ("aircraft_altitude", "exact", []),
+        ("duffing", "exact", []),
+        ("magnetic_levitation", "exact", []),
+        ("isidori_zero_dynamics", "input-output", ["exact"]),
+        ("cart_pole", "local", ["exact", "input-output", "approximate"]),
+        ("inertia_wheel_pendulum", "exact", []),
+    ],
+)
+def test_with_nothing_asked_for_the_best_law_is_taken_and_the_better_ones_are_told(name, method, better):
+    made = controller_for(model(name).with_values())
+    assert made.law is not None
+    assert made.law.method.startswith(method)
+    assert [key for key in made.passed if key != "observer"] == better
+    assert max(pole.real for pole in made.law.poles) < 0
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"), [("chua", "there are no inputs"), ("brockett_integrator", "no input moves")]
+)
+def test_a_plant_that_no_method_helps_is_told_every_reason(name, reason):
+    with pytest.raises(DesignError, match=rf"no method gives one. exact: .*{reason}"):
+        controller_for(model(name).with_values())

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from enum import Enum
 
 from ulna.base import DesignError, NoFormError, UlnaError, UlnaWarning
-from ulna.design.control import AbstractReference, Law, local_law, state_feedback
-from ulna.design.forms import LinearisingForm, controller_form, input_output_form
+from ulna.design.control import AbstractReference, Law, close_loop, local_law, state_feedback
+from ulna.design.forms import LinearisingForm, approximate_form, controller_form, input_output_form
 from ulna.design.gains import Bandwidth, Gains
 from ulna.design.internal import minimum_phase, zero_dynamics
 from ulna.design.linear import as_numbers, linear_plant, own_bandwidth
 from ulna.design.observers import Observer, exact_observer, local_observer, observer_form, transformed_observer_form
-from ulna.system import System
+from ulna.system import System, equilibrium, linearise
 
 _STABLE = ("exponential", "asymptotic")
 
@@ -25,6 +26,8 @@ class Method(Enum):
     """Linearise the whole state, in the controller form."""
     INPUT_OUTPUT = "input-output"
     """Linearise the outputs, as many as inputs; the rest of the state is left to itself."""
+    APPROXIMATE = "approximate"
+    """Linearise the output but for terms that vanish at the operating point (Hauser, Sastry, Kokotović)."""
     LOCAL = "local"
     """Feed back the whole state with the gains of the linearisation at the operating point."""
 
@@ -60,6 +63,7 @@ def chosen_law(
         passed[Method.EXACT.value] = error.found
     rungs: tuple[tuple[Method, Callable[[], Law]], ...] = (
         (Method.INPUT_OUTPUT, lambda: _stable_outputs(plant, gains, reference=reference, integral=integral)),
+        (Method.APPROXIMATE, lambda: _approximate(plant, gains, reference=reference, integral=integral)),
         (Method.LOCAL, lambda: local_law(plant, gains, reference=reference, integral=integral)),
     )
     for each, design in rungs:
@@ -88,7 +92,19 @@ def _by(plant: System, gains: Gains, method: Method, *, reference: AbstractRefer
         return local_law(plant, gains, reference=reference, integral=integral)
     if method is Method.EXACT:
         return state_feedback(controller_form(plant), gains, reference=reference, integral=integral)
+    if method is Method.APPROXIMATE:
+        return state_feedback(approximate_form(plant), gains, reference=reference, integral=integral)
     form = input_output_form(plant)
+    if form.at_point.fails and len(plant.inputs) == 1:
+        with suppress(NoFormError):
+            law = state_feedback(approximate_form(plant), gains, reference=reference, integral=integral)
+            warnings.warn(
+                f"the input-output law of '{plant.name}' divides by zero at the operating point: "
+                f"this one is {law.method}.",
+                UlnaWarning,
+                stacklevel=5,
+            )
+            return law
     if form.internal_dimension:
         stability = _stability(plant)
         if stability not in _STABLE:
@@ -109,6 +125,19 @@ def _stable_outputs(plant: System, gains: Gains, *, reference: AbstractReference
     if form.internal_dimension and (stability := _stability(plant)) not in _STABLE:
         raise PassedOverError(f"the zero dynamics are {stability}: with the outputs held the rest may run away.")
     return state_feedback(form, gains, reference=reference, integral=integral)
+
+
+def _approximate(plant: System, gains: Gains, *, reference: AbstractReference | None, integral: bool) -> Law:
+    """The approximate law, where its loop is stable near the operating point."""
+    law = state_feedback(approximate_form(plant), gains, reference=reference, integral=integral)
+    if not law.system.states and not reference:
+        loop = close_loop(plant.with_values(), law).system.with_values()
+        poles = linearise(loop, dict(equilibrium(plant.with_values()).states)).eigenvalues
+        if max(p.real for p in poles) >= 0:
+            raise PassedOverError("with the dropped terms put back its loop is not stable at the operating point.")
+    elif law.form is not None and law.form.internal_dimension:
+        raise PassedOverError("it leaves states to themselves.")
+    return law
 
 
 def _stability(plant: System) -> str:

@@ -128,7 +128,9 @@ def state_feedback(
 
 
 def _method(form: LinearisingForm) -> str:
-    left = form.internal_dimension
+    left, dropped = form.internal_dimension, form.verdict.evidence.get("dropped")
+    if dropped:
+        return f"approximate input-output, dropping {'; '.join(dropped)}"
     if not left:
         return "exact, on the whole state"
     return f"input-output, which leaves {left} of {len(form.system.states)} states to themselves"

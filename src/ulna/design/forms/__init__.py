@@ -1,5 +1,6 @@
 """Controller form, input-output form and what decides whether they exist: linearisability, extension, flatness."""
 
+from ulna.design.forms.approximate import approximate_form
 from ulna.design.forms.extension import DynamicExtension, dynamic_extension
 from ulna.design.forms.flatness import flat_output
 from ulna.design.forms.full_linearisation import controller_form
