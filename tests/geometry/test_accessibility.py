@@ -131,6 +131,7 @@ def test_brackets_that_take_too_long_leave_the_question_open(monkeypatch: pytest
     module = sys.modules["ulna.geometry.brackets"]
     monkeypatch.setattr(module, "_SECONDS_FOR_BRACKETS", 0.01)
     monkeypatch.setattr(module, "lie_bracket", endless)
+    monkeypatch.setattr(module, "structure_in_numbers", lambda _: None)
     slow = plant({"x1": "x2*exp(x1)", "x2": "sin(x3)*x1", "x3": "u"}, name="too slow")
     found = accessibility(slow)
     assert found.cut_short
@@ -139,6 +140,34 @@ def test_brackets_that_take_too_long_leave_the_question_open(monkeypatch: pytest
         assert verdict.status is Status.UNDECIDED
     with pytest.raises(NoFormError, match="no controller form was found"):
         controller_form(slow)
+
+
+@pytest.mark.parametrize("last", ["u", "u + x2"])
+def test_numbers_answer_where_brackets_take_too_long(monkeypatch: pytest.MonkeyPatch, last: str) -> None:
+    module = sys.modules["ulna.geometry.brackets"]
+    monkeypatch.setattr(module, "_SECONDS_WHERE_NUMBERS_KNOW", 0.01)
+    monkeypatch.setattr(module, "lie_bracket", endless)
+    slow = plant({"x1": "x2*exp(x1)", "x2": "sin(x3) + x1", "x3": last}, name=f"too slow {last}")
+    found, judged = accessibility(slow), linearisability(slow)
+    assert found.cut_short
+    assert (found.rank, found.dimensions, found.indices) == (3, (1, 2, 3), (3,))
+    assert found.controllable.status is Status.PROVED
+    assert judged.involutive.status is Status.SUPPORTED
+    assert judged.verdict.holds
+
+
+def test_numbers_refute_where_brackets_take_too_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = sys.modules["ulna.geometry.brackets"]
+    monkeypatch.setattr(module, "_SECONDS_WHERE_NUMBERS_KNOW", 0.01)
+    monkeypatch.setattr(module, "lie_bracket", endless)
+    pole = plant({"p": "q", "q": "u", "t": "w", "w": "sin(t) - u*cos(t)"}, name="slow cart and pole")
+    judged = linearisability(pole)
+    assert judged.accessibility.rank == 4
+    assert judged.involutive.fails
+    assert judged.verdict.fails
+    with pytest.raises(NoFormError, match="no controller form") as caught:
+        controller_form(pole)
+    assert "None" not in str(caught.value)
 
 
 def test_derivatives_that_take_too_long_leave_the_relative_degree_open(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,6 @@
 """Lie derivatives, distributions, one-forms and their integration, changes of coordinates, structure of plants."""
 
-from ulna.geometry.brackets import Accessibility, accessibility, bracket_name
+from ulna.geometry.brackets import Accessibility, accessibility
 from ulna.geometry.coordinates import Diffeomorphism, diffeomorphism, new_symbols
 from ulna.geometry.decomposition import (
     Decomposition,
@@ -20,6 +20,7 @@ from ulna.geometry.distributions import (
 from ulna.geometry.integrate_form import Potential, exact_potential, integrate
 from ulna.geometry.leaves import FirstIntegrals, first_integrals
 from ulna.geometry.lie import (
+    bracket_name,
     iterated_bracket,
     iterated_brackets,
     lie_bracket,
@@ -30,6 +31,7 @@ from ulna.geometry.numeric import NumericRank, NumericStructure, degrees_in_numb
 from ulna.geometry.observation import Observability, differentials, observability
 from ulna.geometry.observation_space import ObservationSpace, observation_space
 from ulna.geometry.oneform import OneForm, closed, exterior_derivative, frobenius, one_form
+from ulna.geometry.plant_in_numbers import structure_in_numbers
 
 __all__ = [
     "Accessibility",
@@ -75,4 +77,5 @@ __all__ = [
     "one_form",
     "relative_degree",
     "relative_degree_of",
+    "structure_in_numbers",
 ]

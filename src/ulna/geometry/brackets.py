@@ -11,13 +11,16 @@ import sympy as sp
 
 from ulna.base import Verdict
 from ulna.geometry.distributions import Distribution
-from ulna.geometry.lie import lie_bracket
+from ulna.geometry.lie import bracket_name, lie_bracket
+from ulna.geometry.numeric import NumericRank, NumericStructure
+from ulna.geometry.plant_in_numbers import structure_in_numbers
 from ulna.geometry.smoothness import require_smooth
 from ulna.symbolic.exact import Rank, attempt, generic_rank, lowest_terms, minor_determinant, rank_at
 from ulna.system import ControlAffine, System, control_affine, equilibrium
 
 _SECONDS = 1.0
 _SECONDS_FOR_BRACKETS = 3.0
+_SECONDS_WHERE_NUMBERS_KNOW = 1.0
 _SECONDS_PER_ENTRY = 0.15
 
 
@@ -35,6 +38,7 @@ class Accessibility:
         singular: expression at whose zeros the rank can drop: a minor of greatest generic rank, the determinant for
             one input; None without inputs or if it was not found in time.
         cut_short: why further brackets are missing (out of time); empty if none are.
+        numbers: the structure by balls at points where brackets are missing: ranks and dimensions are its then.
     """
 
     view: ControlAffine
@@ -44,6 +48,7 @@ class Accessibility:
     point: Mapping[sp.Symbol, sp.Expr]
     singular: sp.Expr | None
     cut_short: str = ""
+    numbers: NumericStructure | None = None
 
     @property
     def matrix(self) -> sp.ImmutableDenseMatrix:
@@ -53,11 +58,15 @@ class Accessibility:
     @property
     def rank(self) -> int:
         """The generic rank."""
+        if self.numbers is not None:
+            return self.numbers.rank.value or 0
         return self.ranks[-1].value if self.ranks else 0
 
     @property
     def rank_at_point(self) -> int | None:
         """The rank at the operating point; None where the fields are not finite there."""
+        if self.numbers is not None:
+            return self.numbers.rank_at_point.value
         if not self.ranks_at_point:
             return 0
         last = self.ranks_at_point[-1]
@@ -66,22 +75,25 @@ class Accessibility:
     @property
     def dimensions(self) -> tuple[int, ...]:
         """(n,) generic dimensions of G_0 ⊂ G_1 ⊂ … ⊂ G_{n−1}."""
+        if self.numbers is not None:
+            return tuple(d for d in self.numbers.dimensions if d is not None)
         return _padded([r.value for r in self.ranks], len(self.view.x))
 
     @property
     def controllable(self) -> Verdict:
         """Whether the controllability matrix has rank n on an open dense set."""
-        return _full(self, self.ranks, "generically")
+        return _full(self, self.ranks, "generically", self.numbers and self.numbers.rank)
 
     @property
     def controllable_at_point(self) -> Verdict:
         """Whether the controllability matrix has rank n at the operating point."""
-        return _full(self, self.ranks_at_point, equilibrium(self.view.system).phrase)
+        phrase = equilibrium(self.view.system).phrase
+        return _full(self, self.ranks_at_point, phrase, self.numbers and self.numbers.rank_at_point)
 
     @property
     def indices(self) -> tuple[int, ...]:
         """Controllability (Brunovský) indices, largest first; they add up to the rank."""
-        dimensions = (0, *(r.value for r in self.ranks))
+        dimensions = (0, *(self.dimensions if self.numbers is not None else [r.value for r in self.ranks]))
         steps = [b - a for a, b in pairwise(dimensions)]
         return tuple(sum(step > j for step in steps) for j in range(steps[0] if steps else 0))
 
@@ -104,12 +116,6 @@ class Accessibility:
         return "a field"
 
 
-def bracket_name(order: int, index: int, inputs: int) -> str:
-    """`ad_f^order g_index` as text, counted from 1 where there are several inputs."""
-    g = f"g{index + 1}" if inputs > 1 else "g"
-    return g if order == 0 else f"ad_f {g}" if order == 1 else f"ad_f^{order} {g}"
-
-
 @lru_cache(maxsize=32)
 def accessibility(system: System) -> Accessibility:
     """The brackets of a plant with the ranks of what they span, generically and at the operating point.
@@ -126,11 +132,13 @@ def accessibility(system: System) -> Accessibility:
     if not view.u:
         return Accessibility(view=view, levels=(), ranks=(), ranks_at_point=(), point=point, singular=None)
     require_smooth([*view.f, *view.g], f"the brackets of '{system.name}'")
+    numbers = _decided(structure_in_numbers(system))
+    seconds = _SECONDS_FOR_BRACKETS if numbers is None else _SECONDS_WHERE_NUMBERS_KNOW
     levels = [view.input_fields]
     ranks = [_generic(levels, n)]
     cut_short = ""
     while not cut_short and len(levels) < n and ranks[-1].value < n:
-        following = attempt(_SECONDS_FOR_BRACKETS, f"ad_f^{len(levels)} g", _following, view, levels[-1])
+        following = attempt(seconds, f"ad_f^{len(levels)} g", _following, view, levels[-1])
         if following.value is None:
             cut_short = following.reason
             break
@@ -147,7 +155,13 @@ def accessibility(system: System) -> Accessibility:
         point=point,
         singular=_singular(levels, ranks[-1], n),
         cut_short=cut_short,
+        numbers=numbers if cut_short else None,
     )
+
+
+def _decided(numbers: NumericStructure | None) -> NumericStructure | None:
+    """The structure in numbers where it has all dimensions; else formulas are all there is."""
+    return None if numbers is None or None in numbers.dimensions else numbers
 
 
 def _following(view: ControlAffine, fields: tuple[sp.ImmutableDenseMatrix, ...]) -> tuple[sp.ImmutableDenseMatrix, ...]:
@@ -182,9 +196,11 @@ def _padded(values: list[int], length: int) -> tuple[int, ...]:
     return tuple(values) + (last,) * (length - len(values))
 
 
-def _full(found: Accessibility, ranks: tuple[Rank, ...], where: str) -> Verdict:
+def _full(found: Accessibility, ranks: tuple[Rank, ...], where: str, numbers: NumericRank | None) -> Verdict:
     n = len(found.view.x)
     claim = f"the controllability matrix has rank {n} {where}"
+    if numbers is not None:
+        return _full_in_numbers(claim, numbers, n)
     if not ranks:
         return Verdict.refuted(claim, rank=0, reason="there are no inputs")
     last = ranks[-1]
@@ -195,3 +211,10 @@ def _full(found: Accessibility, ranks: tuple[Rank, ...], where: str) -> Verdict:
     if last.value < n:
         return Verdict.refuted(claim, rank=last.value, dimensions=found.dimensions)
     return Verdict.proved(claim, rank=n, point=dict(last.point), singular=found.singular)
+
+
+def _full_in_numbers(claim: str, rank: NumericRank, n: int) -> Verdict:
+    """Full rank is proved by one point; less is a no at random points."""
+    if rank.value is None or rank.value == n:
+        return rank.verdict.restated(claim, rank=rank.value, road="numeric")
+    return Verdict.refuted(claim, rank=rank.value, certainty="no larger rank at the points tried", road="numeric")

@@ -15,7 +15,7 @@ from ulna.program import Kernel, lowest, restricted, slopes_along, tangents, to_
 from ulna.symbolic.exact import exact_ball
 from ulna.system import SystemKernel
 
-Place = dict[sp.Basic, sp.Rational]
+Place = dict[sp.Basic, sp.Expr]
 """A point for the record, by state."""
 
 Series = Any
@@ -62,7 +62,7 @@ class FlowAtPoint:
         inputs: number of inputs. regular: whether the plant and its slopes are finite at the point.
     """
 
-    def __init__(self, system: SystemKernel, start: Sequence[sp.Rational], digits: int) -> None:
+    def __init__(self, system: SystemKernel, start: Sequence[sp.Expr], digits: int) -> None:
         self.place: Place = {sp.Symbol(name, real=True): v for name, v in zip(system.states, start, strict=True)}
         self.digits, self.inputs = digits, len(system.inputs)
         self._n, self._p = len(system.states), len(system.functions)

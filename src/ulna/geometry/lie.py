@@ -126,3 +126,9 @@ def _check(array: MatrixBase, shape: tuple[int, int], what: str) -> None:
             f"the {what} has shape {tuple(array.shape)} instead of {shape}.",
             "Vector fields are columns, covector fields rows, one entry per coordinate.",
         )
+
+
+def bracket_name(order: int, index: int, inputs: int) -> str:
+    """`ad_f^order g_index` as text, counted from 1 where there are several inputs."""
+    g = f"g{index + 1}" if inputs > 1 else "g"
+    return g if order == 0 else f"ad_f {g}" if order == 1 else f"ad_f^{order} {g}"

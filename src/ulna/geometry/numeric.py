@@ -18,6 +18,7 @@ from flint import arb, ctx
 
 from ulna.base import Status, Verdict
 from ulna.geometry.flow_series import FlowAtPoint
+from ulna.geometry.lie import bracket_name
 from ulna.symbolic.exact import rank_of_balls
 from ulna.system import SystemKernel
 
@@ -44,6 +45,8 @@ class NumericStructure:
     Attributes:
         dimensions: dimensions of G_0 ⊂ … ⊂ G_{n−1}; None where a level is undecided.
         rank, rank_at_point: the last of them, generically and at the given point.
+        dimensions_at_point: as `dimensions`, at the given point.
+        commuting: whether all ad_f^i g_j, i < n, commute; a refutation tells which bracket is not zero.
         involutive: whether all G_k, k ≤ n − 2, are; a refutation tells the level, the ranks and the point.
         observability_rank, observability_rank_at_point: rank of dh, dL_f h, …; None without functions.
         degrees: relative degree of each function, None where no input reaches it.
@@ -55,7 +58,9 @@ class NumericStructure:
     dimensions: tuple[int | None, ...]
     rank: NumericRank
     rank_at_point: NumericRank
+    dimensions_at_point: tuple[int | None, ...]
     involutive: Verdict
+    commuting: Verdict
     observability_rank: NumericRank | None
     observability_rank_at_point: NumericRank | None
     degrees: tuple[int | None, ...]
@@ -101,7 +106,9 @@ def _structure(field: SystemKernel, digits: int) -> NumericStructure:
         dimensions=dimensions,
         rank=rank,
         rank_at_point=_at_point(here, "fields", n, rank),
+        dimensions_at_point=_dimensions_at_point(here, n),
         involutive=_involutive(flows[:2], dimensions),
+        commuting=_commuting(flows[:2], n),
         observability_rank=seen,
         observability_rank_at_point=_at_point(here, "forms", n, seen) if seen else None,
         degrees=degrees,
@@ -117,7 +124,7 @@ def _random_flows(field: SystemKernel, digits: int) -> list[FlowAtPoint]:
     flows = []
     for number in range(2 * POINTS):
         steps = generator.integers(13, 77, len(field.states))
-        centre = _given(field) if number % 2 else [sp.S.Zero] * len(field.states)
+        centre = list(map(_near, _given(field))) if number % 2 else [sp.S.Zero] * len(field.states)
         flow = FlowAtPoint(field, [c + sp.Rational(int(s), 64) for c, s in zip(centre, steps, strict=True)], digits)
         if flow.regular:
             flows.append(flow)
@@ -126,10 +133,14 @@ def _random_flows(field: SystemKernel, digits: int) -> list[FlowAtPoint]:
     return flows
 
 
-def _given(field: SystemKernel) -> list[sp.Rational]:
-    """The operating point: the decimals that the doubles say."""
+def _given(field: SystemKernel) -> list[sp.Expr]:
     given = dict(field.point)
-    return [sp.Rational(str(given.get(name, 0.0))) for name in field.states]
+    return [given[name] for name in field.states]
+
+
+def _near(value: sp.Expr) -> sp.Rational:
+    """A short number near a coordinate of the operating point, whatever digits that has."""
+    return sp.Rational(round(64 * float(value)), 64)
 
 
 def _of_level(flow: FlowAtPoint, kind: str, level: int) -> Iterator[list[arb]]:
@@ -198,6 +209,39 @@ def _at_point(here: FlowAtPoint, kind: str, n: int, generic: NumericRank) -> Num
     if rank is None:
         return NumericRank(value=0, verdict=Verdict.proved(claim))
     return NumericRank(value=rank.value if rank.verdict.holds else None, verdict=rank.verdict.restated(claim))
+
+
+def _dimensions_at_point(here: FlowAtPoint, n: int) -> tuple[int | None, ...]:
+    """The dimensions of G_0 … G_{n−1} at the operating point; None where a level is undecided."""
+    if not here.regular or not here.inputs:
+        return (None,) * n
+    found: list[int | None] = []
+    with ctx.workprec(here.digits):
+        for level in range(n):
+            rank = rank_of_balls(list(_of_level(here, "fields", level)), point=here.place)
+            found.append(rank.value if rank.value == n or rank.verdict.holds else None)
+            if rank.value == n:
+                break
+    return tuple(found + [n] * (n - len(found)))
+
+
+def _commuting(flows: Sequence[FlowAtPoint], n: int) -> Verdict:
+    """Whether the brackets of all ad_f^i g_j, i < n, vanish: the shortest first, as one that does not is enough."""
+    claim = "all ad_f^i g_j commute"
+    if not flows:
+        return Verdict.undecided(claim, tried="no point where all is finite")
+    for flow in flows:
+        places = sorted(((k, j) for k in range(n) for j in range(flow.inputs)), key=lambda place: place[0])
+        with ctx.workprec(flow.digits):
+            small = arb(2) ** (-flow.digits // 2)
+            for one, other in sorted(combinations(places, 2), key=lambda pair: pair[0][0] + pair[1][0]):
+                entries = flow.bracket(one, other)
+                if any(not entry.contains(0) for entry in entries):
+                    name = f"[{bracket_name(*one, flow.inputs)}, {bracket_name(*other, flow.inputs)}]"
+                    return Verdict.refuted(claim, bracket=name, point=flow.place, digits=flow.digits)
+                if not all(entry.is_zero() or entry.abs_upper() < small for entry in entries):
+                    return Verdict.undecided(claim, tried=f"{flow.digits} binary digits")
+    return Verdict.supported(claim, points=len(flows), seed=SEED, digits=flows[0].digits)
 
 
 def _involutive(flows: Sequence[FlowAtPoint], dimensions: Sequence[int | None]) -> Verdict:

@@ -10,7 +10,7 @@ from ulna.system.holder import HasSystem, SystemLike, as_system
 from ulna.system.kalman_filter import KalmanFilter
 from ulna.system.linear_injection import LinearInjection
 from ulna.system.linearisation import Linearisation, linearise
-from ulna.system.operating_point import equilibrium_in_numbers, given_point, known_signs
+from ulna.system.operating_point import equilibrium_in_numbers, given_point, known_signs, stand_ins
 from ulna.system.right_hand_side import SystemKernel, system_kernel
 from ulna.system.schema import system_from_mapping, system_to_mapping
 from ulna.system.signal import Definition, Parameter, Signal, to_si
@@ -49,6 +49,7 @@ __all__ = [
     "measured_part",
     "newton",
     "read_system",
+    "stand_ins",
     "system_from_mapping",
     "system_kernel",
     "system_to_mapping",

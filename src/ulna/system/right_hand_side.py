@@ -21,7 +21,7 @@ class SystemKernel:
         kernel: inputs the states then the plant's inputs; outputs the rates, then the functions.
         source: the same before unknowns of implicit definitions were found; the kernel itself where there are none.
         states, inputs: their names; rates, functions: names of the outputs.
-        point: the operating point by state and input, zero where none is given.
+        point: the given operating point by state and input, exact; zero where none is given.
     """
 
     kernel: Kernel
@@ -30,7 +30,7 @@ class SystemKernel:
     inputs: tuple[str, ...]
     rates: tuple[str, ...]
     functions: tuple[str, ...]
-    point: tuple[tuple[str, float], ...]
+    point: tuple[tuple[str, sp.Expr], ...]
 
 
 def system_kernel(
@@ -79,5 +79,5 @@ def system_kernel(
         inputs=tuple(s.name for s in system.inputs),
         rates=rates,
         functions=names,
-        point=tuple((s.name, float(given.get(s.name, 0))) for s in (*system.states, *system.inputs)),
+        point=tuple((s.name, given.get(s.name, sp.S.Zero)) for s in (*system.states, *system.inputs)),
     )

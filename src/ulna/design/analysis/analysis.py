@@ -12,7 +12,7 @@ from ulna.base import Status, UlnaError
 from ulna.design.analysis.answer import Answer, not_applicable
 from ulna.design.analysis.consistency import consistent
 from ulna.design.analysis.formula_answers import GROUPS, law_of_outputs, outputs_answered
-from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers
+from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers, law_in_numbers, structure_answers
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact import attempt, patience, worked
 from ulna.symbolic.formulas import is_longer
@@ -32,6 +32,8 @@ SECONDS = 8.0
 """Time that one group of answers may take; what is not found by then is undecided."""
 SHORT = 150
 """Operations of rates and outputs up to which formulas are sought for a large plant too, of its given outputs only."""
+SHARE = 0.4
+"""Part of that time for formulas of what numbers have answered."""
 TOTAL = 2.5
 """All groups together may take this many times as long."""
 
@@ -111,18 +113,21 @@ def analyse(
         return Analysis(system=system, point=given_point(system), answers=answers)
     control_affine(system)
     end = worked() + groups * seconds * patience()
+    here = equilibrium_in_numbers(system)
+    numbers = consistent(system, structure_answers(system, here, keys), here.where)
+    answers |= numbers
     for group_keys, group in GROUPS.items():
-        left = max(min(seconds, end - worked()), 0.5)
-        answers |= _answered(group_keys, group, system, left)
+        # What numbers have answered formulas only make more of: they get a share of the time, the open questions all.
+        share = seconds if _open(numbers[group_keys[0]]) else seconds * SHARE
+        left = max(min(share, end - worked()), 0.5)
+        found = _answered(group_keys, group, system, left)
+        answers |= {key: numbers[key] if _open(a) and not _open(numbers[key]) else a for key, a in found.items()}
         if told is not None:
             told(answers)
-    late = tuple(key for key in keys if answers[key].verdict.evidence.get("ran_out"))
-    if late:
-        # Formulas grew too long: numbers still tell ranks and degrees.
-        numbers = _in_numbers(system, late)
-        answers |= {key: numbers[key] for key in late if numbers[key].value is not None}
-    where = equilibrium_in_numbers(system).where
-    return Analysis(system=system, point=equilibrium(system), answers=consistent(system, answers, where))
+    answers = consistent(system, answers, here.where)
+    if _open(answers["control"]) and answers["linearizing_outputs"].verdict.holds and not _missing(system):
+        answers |= {"control": law_in_numbers(system).get("control", answers["control"])}
+    return Analysis(system=system, point=equilibrium(system), answers=answers)
 
 
 def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Answer]:
@@ -131,6 +136,15 @@ def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Answer]:
         return answers_in_numbers(system, keys)
     except UlnaError as error:
         return {key: not_applicable(key, str(error)) for key in keys}
+
+
+def _missing(system: System) -> bool:
+    """Whether a parameter has no value: then no law can be compiled."""
+    return len(system.values) < len(system.parameters)
+
+
+def _open(answer: Answer) -> bool:
+    return answer.verdict.status is Status.UNDECIDED
 
 
 def _short(value: object, limit: int = 300) -> str:

@@ -48,6 +48,9 @@ def consistent(
         because = {"because": f"relative degrees add up to the {n} states", "theorem": "Isidori 1995, 4.2 and 5.2"}
         for key, value in _FULL.items():
             _implied(found, key, n if value is _DIMENSION else value, total, because)
+        _implied(found, "distribution_dims", _dimensions(found, n), total, because)
+        if _adds_up(_value(found, "relative_degree"), n) and _value(found, "linearizing_outputs") is None:
+            _implied(found, "linearizing_outputs", list(system.inline(system.readouts)), total, because)
         _no_zero_dynamics(found, total)
         if _value(found, "relative_degree_at_point") is True:
             here = min(total, _status(found, "relative_degree_at_point"), key=_SURE.__getitem__)
@@ -113,6 +116,12 @@ def _total(found: Answers, n: int) -> Status | None:
     return max(sure, key=_SURE.__getitem__) if sure else None
 
 
+def _dimensions(found: Answers, n: int) -> list[int] | None:
+    """dim G_k = Σ min(k + 1, r_i) where the relative degrees add up to n."""
+    degrees = _value(found, "relative_degree")
+    return [sum(min(k + 1, r) for r in degrees) for k in range(n)] if _adds_up(degrees, n) else None
+
+
 def _adds_up(value: Any, n: int) -> bool:
     return isinstance(value, list) and bool(value) and None not in value and sum(value) == n
 
@@ -160,7 +169,7 @@ def _settled(found: Answers, one: str, other: str, contradiction: str) -> None:
 def _implied(found: Answers, key: str, value: Any, sure: Status, because: Mapping[str, Any]) -> None:
     """A theorem's answer: it fills what is open, agrees, or contradicts what was found less surely."""
     answer = found.get(key)
-    if answer is None:
+    if answer is None or value is None:
         return
     own = answer.verdict.status
     if answer.value == value and own is not Status.UNDECIDED and _SURE[own] >= _SURE[sure]:

@@ -272,13 +272,13 @@ GROUPS: Mapping[tuple[str, ...], Callable[[System], dict[str, Answer]]] = {
     ): _linearisation,
     ("accessibility_rank",): _accessibility,
     ("observability_rank", "observability_rank_at_point", "observability_rank_without_inputs"): _observability,
+    ("zero_dynamics", "minimum_phase"): _zero_dynamics,
     (
         "observer_form",
         "observer_T",
         "observer_injection",
     ): _observer,
     ("observer_form_output_transform", "output_transform"): _output_transformation,
-    ("zero_dynamics", "minimum_phase"): _zero_dynamics,
     ("dynamic_extension",): _dynamic_extension,
     ("rest_points",): rest_points,
 }

@@ -10,9 +10,9 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import DesignError, NoFormError, Verdict, all_of
-from ulna.design.forms.linearisability_conditions import Linearisability
+from ulna.design.forms.linearisability_conditions import Linearisability, linearises
 from ulna.design.forms.linearising_form import LinearisingForm, form_of
-from ulna.design.forms.output_search import LinearisingOutputs, linearises, linearising_outputs
+from ulna.design.forms.output_search import LinearisingOutputs, linearising_outputs
 from ulna.geometry import RelativeDegree, accessible, relative_degree, relative_degree_of
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact import attempt
@@ -136,6 +136,11 @@ def _broken(conditions: Linearisability) -> str:
         fields = ", ".join(dict.fromkeys(found.name_of(field) for level in found.levels for field in level))
         return f"span{{{fields}}} has rank {found.rank} instead of {n}{_accessible(found.view.system, n)}"
     evidence = conditions.involutive.evidence
+    if "bracket" not in evidence:
+        return (
+            f"brackets leave G_{evidence['level']}, the span of ad_f^k g, k <= {evidence['level']}: "
+            f"rank {evidence['rank_with_brackets']} instead of {evidence['rank']} at a point tried in numbers"
+        )
     at = ", ".join(f"{s} = {float(v):.3g}" for s, v in evidence["point"].items())
     near = f" near {at}" if at else ""
     return (

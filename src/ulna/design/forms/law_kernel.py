@@ -115,7 +115,7 @@ def _prescribed(
     program = open_derivatives(field.source, field.states, field.rates, tops, field.inputs)
     inputs = program.kernel.inputs
     generic = dict(zip(inputs, np.random.default_rng(SEED).uniform(0.2, 1.2, len(inputs)).tolist(), strict=True))
-    here = generic | dict(field.point)
+    here = generic | {name: float(value) for name, value in field.point}
     equations = [*wanted, *((None, label) for label in program.residuals)]
     samples = [[point[label] for label in inputs] for point in (generic, here)]
     law = solved_for_inputs(name, program.kernel, (*field.inputs, *program.coefficients), equations, samples)

@@ -67,7 +67,7 @@ def _state_linearisation(system: System) -> StateLinearisation:
     verdict = _verdict(system, found)
     if not verdict.holds:
         return StateLinearisation(system=system, verdict=verdict)
-    forward = found.view.x if _is_linear(found) else _coordinates(found)
+    forward = found.view.x if _is_linear(found) else None if found.cut_short else _coordinates(found)
     return _described(found, verdict, forward)
 
 
@@ -83,6 +83,11 @@ def _verdict(system: System, found: Accessibility) -> Verdict:
         if part.fails:
             return Verdict.refuted(claim, **{"bracket": name, **part.evidence})
         parts.append(part)
+    if found.cut_short:
+        missing = Verdict.undecided("the missing brackets commute", tried=found.cut_short)
+        parts.append(found.numbers.commuting if found.numbers is not None else missing)
+    if found.numbers is not None and found.numbers.commuting.fails:
+        return found.numbers.commuting.restated(claim, road="numeric")
     return all_of(claim, parts)
 
 
@@ -97,7 +102,7 @@ def _pairs(found: Accessibility) -> Iterator[tuple[str, sp.ImmutableDenseMatrix,
     for total in range(2 * top + 1):
         for i in range(total // 2 + 1):
             k = total - i
-            if k > top:
+            if k > top or (k == top and found.cut_short):
                 continue
             if k == len(levels):
                 levels.append([lie_bracket(view.f, field, view.x) for field in levels[-1]])

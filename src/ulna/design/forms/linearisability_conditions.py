@@ -16,7 +16,16 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import Verdict, all_of
-from ulna.geometry import Accessibility, accessibility, filtration, involutive, lie_bracket
+from ulna.geometry import (
+    Accessibility,
+    NumericStructure,
+    RelativeDegree,
+    accessibility,
+    filtration,
+    involutive,
+    lie_bracket,
+    relative_degree,
+)
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact import attempt, generic_rank
 from ulna.system import System, equilibrium
@@ -64,7 +73,13 @@ def _linearisability(system: System) -> Linearisability:
     found = accessibility(system)
     involution = _all_involutive(found)
     claim = f"'{system.name}' is full-state linearisable"
-    verdict = all_of(claim, [found.controllable, involution], indices=found.indices)
+    given = linearises(relative_degree(system)) if found.cut_short and system.outputs else None
+    if given is not None and given.holds:
+        # Outputs whose relative degrees add up to n are a proof: no bracket is needed.
+        involution = Verdict(claim=involution.claim, status=given.status, evidence={"because": given.claim})
+        verdict = given.restated(claim, indices=found.indices)
+    else:
+        verdict = all_of(claim, [found.controllable, involution], indices=found.indices)
     return Linearisability(
         accessibility=found,
         involutive=involution,
@@ -78,6 +93,8 @@ def _all_involutive(found: Accessibility) -> Verdict:
     claim = f"G_{n - 2} is involutive" if inputs == 1 else "all G_i are involutive"
     if not inputs:
         return Verdict.proved(claim, reason="there are no inputs")
+    if found.numbers is not None:
+        return found.numbers.involutive.restated(claim, road="numeric")
     if found.cut_short:
         return Verdict.undecided(claim, tried=found.cut_short)
     judged: list[Verdict] = []
@@ -154,6 +171,8 @@ def _at_point(system: System, found: Accessibility, verdict: Verdict) -> Verdict
     claim = f"'{system.name}' is full-state linearisable {here.phrase.replace('at the', 'around its', 1)}"
     if verdict.fails:
         return Verdict.refuted(claim, **{**verdict.evidence, "because": verdict.claim, "generically": False})
+    if found.numbers is not None:
+        return _at_point_in_numbers(claim, found, found.numbers, verdict, here.where)
     parts = [verdict]
     for level, (generic, local) in enumerate(zip(found.ranks, found.ranks_at_point, strict=True)):
         if local.point is None or not local.verdict.holds:
@@ -169,3 +188,30 @@ def _at_point(system: System, found: Accessibility, verdict: Verdict) -> Verdict
                 singular=found.singular,
             )
     return all_of(claim, parts, point=here.where, singular=found.singular)
+
+
+def _at_point_in_numbers(
+    claim: str, found: Accessibility, numbers: NumericStructure, verdict: Verdict, where: Mapping[sp.Symbol, sp.Expr]
+) -> Verdict:
+    """By the dimensions of the G_i at the point, in balls."""
+    for level, (generic, local) in enumerate(zip(numbers.dimensions, numbers.dimensions_at_point, strict=True)):
+        if local is None:
+            return Verdict.undecided(claim, tried=f"the dimension of G_{level} at the point", road="numeric")
+        if local < (generic or 0):
+            evidence = {"level": level, "generic_dimension": generic, "dimension_at_point": local, "point": where}
+            return Verdict.refuted(claim, generically=True, road="numeric", **evidence)
+    return all_of(claim, [verdict], point=where, singular=found.singular)
+
+
+def linearises(relative: RelativeDegree) -> Verdict:
+    """Whether outputs with these relative degrees linearise the whole state on an open dense set."""
+    n, m = len(relative.view.x), len(relative.view.u)
+    claim = "the outputs linearise the whole state"
+    if len(relative.outputs) != m:
+        return Verdict.refuted(claim, outputs=len(relative.outputs), inputs=m, reason="not one output for each input")
+    if not relative.certainty.holds:
+        return Verdict.undecided(claim, because=relative.certainty.claim)
+    if relative.total != n:
+        reason = f"the relative degrees {relative.per_output} do not add up to {n}"
+        return Verdict.refuted(claim, per_output=relative.per_output, states=n, reason=reason)
+    return all_of(claim, [relative.invertible, relative.certainty], per_output=relative.per_output)

@@ -14,8 +14,8 @@ from functools import lru_cache
 
 import sympy as sp
 
-from ulna.base import Verdict, all_of
-from ulna.design.forms.linearisability_conditions import Linearisability, linearisability
+from ulna.base import Verdict
+from ulna.design.forms.linearisability_conditions import Linearisability, linearisability, linearises
 from ulna.geometry import (
     Accessibility,
     Distribution,
@@ -26,6 +26,7 @@ from ulna.geometry import (
     integrate,
     lie_derivative,
     one_form,
+    relative_degree,
     relative_degree_of,
 )
 from ulna.plants import PlantLike, as_plant
@@ -87,6 +88,9 @@ def _linearising_outputs(system: System) -> LinearisingOutputs:
         reason = "the input fields are dependent: some inputs are redundant"
         return _none(conditions, Verdict.refuted(claim, reason=reason, rank=conditions.accessibility.ranks[0].value))
     regular = conditions.at_point.holds
+    given = _given(conditions, regular)
+    if given is not None:
+        return given
     search = _Search(found=conditions.accessibility, regular=regular)
     chosen = search.run(conditions.indices)
     if chosen is None:
@@ -103,25 +107,29 @@ def _linearising_outputs(system: System) -> LinearisingOutputs:
     )
 
 
+def _given(conditions: Linearisability, regular: bool) -> LinearisingOutputs | None:
+    """The plant's own outputs where they linearise it, at the operating point as well if anything does."""
+    view = conditions.accessibility.view
+    if len(view.h) != len(view.u):
+        return None
+    relative = relative_degree(view.system)
+    verdict = linearises(relative)
+    if not verdict.holds or (regular and not relative.at_point.holds):
+        return None
+    return LinearisingOutputs(
+        linearisability=conditions,
+        functions=relative.outputs,
+        origins=tuple(f"output {o.name}" for o in view.system.outputs),
+        relative_degree=relative,
+        verdict=replace(verdict, claim=f"'{view.system.name}' has linearising outputs"),
+    )
+
+
 def _in_given_order(chosen: list[tuple[sp.Expr, str]], found: Accessibility) -> list[tuple[sp.Expr, str]]:
     given = [f"output {o.name}" for o in found.view.system.outputs]
     if all(origin in given for _, origin in chosen):
         return sorted(chosen, key=lambda one: given.index(one[1]))
     return chosen
-
-
-def linearises(relative: RelativeDegree) -> Verdict:
-    """Whether outputs with these relative degrees linearise the whole state on an open dense set."""
-    n, m = len(relative.view.x), len(relative.view.u)
-    claim = "the outputs linearise the whole state"
-    if len(relative.outputs) != m:
-        return Verdict.refuted(claim, outputs=len(relative.outputs), inputs=m, reason="not one output for each input")
-    if not relative.certainty.holds:
-        return Verdict.undecided(claim, because=relative.certainty.claim)
-    if relative.total != n:
-        reason = f"the relative degrees {relative.per_output} do not add up to {n}"
-        return Verdict.refuted(claim, per_output=relative.per_output, states=n, reason=reason)
-    return all_of(claim, [relative.invertible, relative.certainty], per_output=relative.per_output)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,7 +165,7 @@ def last_row(found: LinearisingOutputs) -> LastRow | None:
         entries = [tidy(found.functions[0].diff(x) / factor, seconds=0.3) for x in view.x]
         row: sp.ImmutableDenseMatrix | None = sp.ImmutableDenseMatrix([entries])
     else:
-        solution = inverse_last_row(access.matrix).solution
+        solution = None if access.cut_short else inverse_last_row(access.matrix).solution
         row = None if solution is None else sp.ImmutableDenseMatrix(solution)
     if row is None:
         verdict = Verdict.undecided(claim, tried="the inverse of the controllability matrix")
@@ -201,6 +209,8 @@ class _Search:
     def _next(self, index: int, known: list[sp.Expr]) -> tuple[sp.Expr, str] | None:
         """A function with dh ⊥ G_{index−2}, independent of the known ones, where possible at the operating point."""
         span = self._short_span(index - 2)
+        if span is None:
+            return None
         spare: tuple[sp.Expr, str] | None = None
         for function, origin in self._candidates(span):
             if not self._independent([*known, function]):
@@ -210,13 +220,15 @@ class _Search:
             spare = spare or (function, origin)
         return spare
 
-    def _short_span(self, level: int) -> Distribution:
-        """G_level by short fields: its brackets may be thousands of times longer."""
+    def _short_span(self, level: int) -> Distribution | None:
+        """G_level by short fields: its brackets may be thousands of times longer. None where neither were found."""
         view = self.found.view
         if level < 0:
             return Distribution(coordinates=view.x, fields=())
         short = attempt(_SECONDS, "short fields", filtration, view.f, view.input_fields, view.x, level)
-        return short.value[-1] if short.value is not None else self.found.distribution(level)
+        if short.value is not None:
+            return short.value[-1]
+        return None if self.found.cut_short and level >= len(self.found.levels) else self.found.distribution(level)
 
     def _candidates(self, span: Distribution) -> Iterator[tuple[sp.Expr, str]]:
         view = self.found.view

@@ -69,6 +69,7 @@ class _Helper:
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
         self._owner = 0
+        self._ended: list[subprocess.Popen[bytes]] = []
 
     def ask(self, question: bytes) -> tuple[str, Any, float, float]:
         """(kind, value, s of CPU time for the answer, s for starting the process)."""
@@ -135,7 +136,11 @@ class _Helper:
             if pipe is not None:
                 with contextlib.suppress(OSError):
                     pipe.close()
-        process.wait()
+        # A budget that is spent may interrupt the waiting: who has not been waited for then is at the next end.
+        self._ended.append(process)
+        while self._ended:
+            self._ended[-1].wait()
+            self._ended.pop()
 
 
 def _handle(pipe: IO[bytes] | None) -> int:
