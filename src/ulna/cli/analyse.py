@@ -100,6 +100,8 @@ def _show(title: str, rows: Mapping[str, Any], as_json: bool) -> None:
 
 def _evidence(verdict: Verdict) -> str:
     """The telling part of the evidence, one line: a counterexample whole, of a proof only what bounds it."""
+    from ulna.base import Status
+
     sampling = {"points", "seed", "digits", "tolerance", "generically"}
     proof = {"point", "rank", "rows", "method", "because", "per_output", "manifold", "inputs", "regular", "psi"}
     dropped = sampling | (proof if verdict.holds else set())
@@ -107,4 +109,8 @@ def _evidence(verdict: Verdict) -> str:
     told = {key: value for key, value in (first | dict(verdict.evidence)).items() if key not in dropped}
     if getattr(told.get("singular"), "is_number", False):
         del told["singular"]  # singular nowhere
-    return "; ".join(f"{key}: {line(value, 300)}" for key, value in told.items() if value not in (None, (), [], {}))
+    # What a "no" rests on is a claim that fails, never a reason for it.
+    names = {"because": {Status.REFUTED: "what fails", Status.UNDECIDED: "what is open"}.get(verdict.status, "because")}
+    return "; ".join(
+        f"{names.get(key, key)}: {line(value, 300)}" for key, value in told.items() if value not in (None, (), [], {})
+    )

@@ -67,7 +67,7 @@ def _new_series(one: sp.Basic, known: dict[sp.Basic, Series], order: int) -> Ser
         return pair[0] if isinstance(one, sp.sin) else pair[1]
     if isinstance(one, sp.tan | sp.sinh | sp.cosh | sp.tanh):
         return _series(one.rewrite(sp.cos if isinstance(one, sp.tan) else sp.exp), known, order)
-    if isinstance(one, sp.log | sp.atan | sp.asin):
+    if isinstance(one, sp.log | sp.atan | sp.asin | sp.acos | sp.asinh | sp.acosh | sp.atanh):
         return _by_derivative(one, known, order)
     raise NoSeriesError(f"{one}")
 
@@ -112,7 +112,7 @@ def _circular(inner: Series) -> tuple[Series, Series]:
 
 
 def _by_derivative(one: sp.Expr, known: dict[sp.Basic, Series], order: int) -> Series:
-    """log, atan, asin: integrate outer'(inner) · inner'."""
+    """log and the inverse circular and hyperbolic functions: integrate outer'(inner) · inner'."""
     inner = _series(one.args[0], known, order)
     variable = sp.Dummy("w", real=True)
     outer = one.func(variable).diff(variable)
