@@ -133,6 +133,7 @@ SAMPLED = [*POLES, "--period", "1e-3"]
         ([*POLES, "--period", "-1"], "--period -1.0: the period must be a positive time"),
         ([*POLES, "--period", "0"], "--period 0.0: the period must be a positive time"),
         ([*SAMPLED, "--encoder", "12", "--resolution", "0.1"], "both set the step"),
+        ([*SAMPLED, "--encoder", "0"], "--encoder 0: it has 1 to 52 bits"),
         ([*SAMPLED, "--encoder", "99"], "--encoder 99: it has 1 to 52 bits"),
         ([*SAMPLED, "--resolution", "-1"], "--resolution -1.0: the step must be a positive number"),
         ([*SAMPLED, "--noise", "-1"], "--noise -1.0: it must be a number from 0 on"),

@@ -154,7 +154,9 @@ def test_a_controller_read_from_a_file_closes_the_same_loop(tmp_path: Path):
 
 def test_a_controller_that_drives_nothing_is_refused():
     stray = replace(PID, outputs=tuple(replace(o, name=f"{o.name}_1") for o in PID.outputs))
-    with pytest.raises(SimulationError, match="outputs u_1, error_1 is an input of the plant, or the estimate .* inputs: u;"):
+    with pytest.raises(
+        SimulationError, match="outputs u_1, error_1 is an input of the plant, or the estimate .* inputs: u;"
+    ):
         close_loop(ARM, stray)
 
 

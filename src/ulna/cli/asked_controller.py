@@ -10,11 +10,11 @@ from ulna.cli.typed_values import number_list, pole_list
 
 if TYPE_CHECKING:
     from ulna.base import NoFormError
-    from ulna.design import AbstractGainRule, Controller
+    from ulna.design import AbstractGainRule, Controller, ExtendedLaw
     from ulna.system import System
 
 
-def designed(system: System, options: DesignOptions, *, held_exactly: bool = False) -> Controller:
+def designed(system: System, options: DesignOptions, *, held_exactly: bool = False) -> Controller | ExtendedLaw:
     """The controller that the options ask for.
 
     Args:
@@ -29,6 +29,8 @@ def designed(system: System, options: DesignOptions, *, held_exactly: bool = Fal
     from ulna.design import Method, SetPoint, Track, controller_for, injected_observer
 
     require_consistent(options)
+    if options.extend:
+        return _extended(system, options)
     try:
         made = controller_for(
             system,
@@ -51,7 +53,20 @@ def designed(system: System, options: DesignOptions, *, held_exactly: bool = Fal
     return controller_for(system, law=made.law, observer=observer)
 
 
-def as_file(controller: Controller) -> System:
+def _extended(system: System, options: DesignOptions) -> ExtendedLaw:
+    from ulna.base import DesignError
+    from ulna.design import SetPoint, Track, extended_law
+
+    names = {"--best": options.best, "--local": options.local, "--input-output": options.input_output}
+    clash = next((name for name, given in names.items() if given), "an observer" if options.observer else "")
+    if clash:
+        found = f"it linearises the outputs by a law on measured states, without {clash}."
+        raise DesignError("--extend", found, "Leave one of them out.")
+    reference = SetPoint() if options.set_point else Track() if options.track else None
+    return extended_law(system, _gains(options), reference=reference, integral=options.integral)
+
+
+def as_file(controller: Controller | ExtendedLaw) -> System:
     """The controller as a system whose operating point says where its states start.
 
     Raises:
@@ -91,7 +106,7 @@ def require_consistent(options: DesignOptions) -> None:
             raise DesignError(f"{one} and {other}", "they exclude each other.", "Leave one of them out.")
     if options.high_gain is not None and not options.observer_poles:
         raise DesignError("--high-gain", "it needs the poles of the error.", "Add --observer-poles.")
-    wants = [name for name in ("integral", "set_point", "track", "input_output") if getattr(options, name)]
+    wants = [name for name in ("integral", "set_point", "track", "input_output", "extend") if getattr(options, name)]
     if wants and not options.law:
         asked = f"--{wants[0].replace('_', '-')}"
         raise DesignError(asked, "there is no law to add it to.", "Add --controller-poles, --lqr or --best.")

@@ -24,6 +24,7 @@ def require_period(options: HardwareOptions) -> None:
     """
     names = ("delay", "encoder", "resolution", "noise", "slew", "anti_windup", "jitter", "missed", "pwm")
     given = [name for name in names if getattr(options, name)]
+    given += ["encoder"] if options.encoder == 0 else []
     given += ["discretise"] if options.discretise is not Discretisation.runge_kutta else []
     given += ["arithmetic"] if options.arithmetic is not None else []
     if given and not options.sampled:
@@ -154,9 +155,9 @@ def _arithmetic(asked: Arithmetic | None) -> AbstractArithmetic:
 def _sensors(options: HardwareOptions) -> Quantiser | None:
     from ulna.loop import Quantiser
 
-    if options.encoder and options.resolution:
+    if options.encoder is not None and options.resolution:
         raise SimulationError("--encoder and --resolution", "both set the step.", "Leave one of them out.")
-    if options.encoder:
+    if options.encoder is not None:
         return Quantiser.encoder(bits=options.encoder, turn=2 * math.pi)
     return Quantiser(step=options.resolution) if options.resolution else None
 

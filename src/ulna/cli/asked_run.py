@@ -18,7 +18,7 @@ from ulna.cli.typed_values import formula_of_time, known_name, named_values, qua
 if TYPE_CHECKING:
     import sympy as sp
 
-    from ulna.design import Controller
+    from ulna.design import Controller, ExtendedLaw
     from ulna.loop import Hardware, Loop
     from ulna.sim import Implicit, Taylor
     from ulna.system import Signal, System
@@ -152,7 +152,9 @@ def _require_values(system: System, given: Collection[str]) -> None:
         raise PlantError(f"'{system.name}'", found, f"Add --set {missing[0]}=1, say, or give the value in its file.")
 
 
-def _hardware(plant: System, controller: Controller | System | None, asked: HardwareOptions) -> Hardware | None:
+def _hardware(
+    plant: System, controller: Controller | ExtendedLaw | System | None, asked: HardwareOptions
+) -> Hardware | None:
     from ulna.system import as_system
 
     law = getattr(controller, "law", None)
@@ -167,7 +169,7 @@ def _hardware(plant: System, controller: Controller | System | None, asked: Hard
     )
 
 
-def _initial(loop: Loop, controller: Controller | System | None, run: RunOptions) -> dict[str, float]:
+def _initial(loop: Loop, controller: Controller | ExtendedLaw | System | None, run: RunOptions) -> dict[str, float]:
     """Where the run starts: what is typed, else the operating points of the files, else zero."""
     from ulna.system import System
 

@@ -18,7 +18,7 @@ from ulna.cli.terminal import console, line, print_json, progress
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from ulna.design import Controller, Law
+    from ulna.design import Controller, ExtendedLaw, Law
 
 
 @with_groups
@@ -59,12 +59,14 @@ def design(
         _print_section(title, rows)
 
 
-def _sections(made: Controller) -> Iterable[tuple[str, dict[str, Any]]]:
+def _sections(made: Controller | ExtendedLaw) -> Iterable[tuple[str, dict[str, Any]]]:
     """What is shown: title, then name and expression of each line."""
     if made.passed:
         yield "passed over", dict(made.passed)
     if made.law is not None:
         form = made.law.form
+        if (extension := getattr(made, "extension", None)) is not None:
+            yield "dynamic extension", _named(made.plant.inputs, extension.feedback)
         if form is not None:
             rows = {f"z{k + 1}": e for k, e in enumerate(form.chain)}
             yield "controller form z = T(x)", rows
@@ -108,7 +110,7 @@ def _named(signals: Iterable[Any], expressions: Iterable[Any]) -> dict[str, Any]
     return {s.name: e for s, e in zip(signals, expressions, strict=True)}
 
 
-def _data(made: Controller) -> dict[str, Any]:
+def _data(made: Controller | ExtendedLaw) -> dict[str, Any]:
     from ulna.design import gains_in_form
     from ulna.report.results import plain
     from ulna.system import system_to_mapping
@@ -148,7 +150,7 @@ def _print_section(title: str, rows: dict[str, Any]) -> None:
     console().print(table)
 
 
-def _plot_poles(made: Controller, path: Path) -> None:
+def _plot_poles(made: Controller | ExtendedLaw, path: Path) -> None:
     from ulna.plot.poles import plot_poles
     from ulna.plot.save import save_figure
 

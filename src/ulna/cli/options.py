@@ -111,6 +111,14 @@ class DesignOptions:
         bool,
         _law("--local", help="Design law and observer on the linearisation at the operating point."),
     ] = False
+    extend: Annotated[
+        bool,
+        _law(
+            "--extend",
+            help="Put integrators before inputs until the outputs can be decoupled (dynamic extension): for flat "
+            "plants such as cars. They start at the operating point, or where --initial names them.",
+        ),
+    ] = False
     set_point: Annotated[
         bool,
         _law("--set-point", help="Let the law take a set point, input '<output>_ref'."),
@@ -242,7 +250,9 @@ class HardwareOptions:
             "in an export plain.",
         ),
     ] = None
-    encoder: Annotated[int, _processor("--encoder", metavar="BITS", help="Codes of a turn: 2^BITS.")] = 0
+    encoder: Annotated[
+        int | None, _processor("--encoder", metavar="BITS", help="Codes of a turn: 2^BITS.", show_default=False)
+    ] = None
     resolution: Annotated[float, _processor("--resolution", help="Step of the measured outputs, SI.")] = 0.0
     noise: Annotated[
         float,

@@ -1,6 +1,7 @@
 """Gains, references, laws, compensators and the loops they close."""
 
 from ulna.design.control.cascade import InnerLoop, close_cascade, inner_loop
+from ulna.design.control.extended import ExtendedLaw, extended_law
 from ulna.design.control.grid import LoopGrid, loop_grid
 from ulna.design.control.law import Law, state_feedback
 from ulna.design.control.load_robust import LoadRobust, load_robust_compensator
