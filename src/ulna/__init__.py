@@ -178,8 +178,9 @@ _HOME = {
             AbstractGainRule analyse Analysis Answer Bandwidth close_loop Compensator compensator Controller
             controller_for controller_form dynamic_extension exact_observer extended_kalman_filter extended_law
             flat_output high_gain_observer HighGain injected_observer input_output_form KalmanNoise Law
-            LinearisingForm LinearQuadratic local_law local_observer Method normal_form Observer observer_form ObserverForm Poles
-            Regulate SetPoint state_feedback state_linearisation Track transformed_observer_form zero_dynamics""",
+            LinearisingForm LinearQuadratic local_law local_observer Method normal_form Observer observer_form
+            ObserverForm Poles Regulate SetPoint state_feedback state_linearisation Track
+            transformed_observer_form zero_dynamics""",
         "ulna.geometry": """
             accessibility accessible_decomposition Diffeomorphism Distribution distribution first_integrals
             integrate involutive lie_bracket lie_derivative observability observable_decomposition one_form

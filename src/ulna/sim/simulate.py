@@ -53,9 +53,8 @@ def simulate(
         loop: a `Loop`, a `System`, or what has one as its `.system` (a closed loop); parameters may be symbolic. One
             without states has outputs along the time and nothing else; `initial` is () then.
         initial: states in SI: (n,) in order, or by name. Of a `Loop` the plant's states are enough: the controller's
-            states start at 0 (a filter's covariance at its own), or where they or the estimates (`x_hat`) are named. A
-            driven input may be named too: what the drive holds before the first command. (N, n), or (N,) for a name,
-            for N runs.
+            states start at 0 (a filter's covariance at its own), or where they or the estimates (`x_hat`) are named, as
+            may be a driven input: what the drive holds before the first command. For N runs (N, n), by name (N,).
         times: (T,) increasing instants in s, T ≥ 2, the first where `initial` holds; or one final time for (0, T). With
             a processor they are sample times from 0, and a final time alone stands for all of them.
         inputs: references and disturbances by name: a number, a formula in `TIME`, a function of time, `Held` or
