@@ -52,3 +52,14 @@ def test_mistakes_are_one_line(
     monkeypatch.chdir(tmp_path)
     assert reason in refused("export", "c", plant, *options)
     assert not (tmp_path / "c").exists()
+
+
+def test_fmus_are_written_by_part_and_version(plant: str, tmp_path: Path) -> None:
+    shown = ulna("export", "fmu", plant, *POLES, "--out", str(tmp_path / "loop.fmu"))
+    assert shown.exit_code == 0, shown.output
+    assert "FMI 3.0 co-simulation of the loop" in shown.output
+    data = answered("export", "fmu", plant, "--part", "plant", "--fmi", "2", "--out", str(tmp_path / "plant.fmu"))
+    assert (data["fmi"], data["part"]) == (2, "plant")
+    assert "it exists already" in refused("export", "fmu", plant, *POLES, "--out", str(tmp_path / "loop.fmu"))
+    reason = "the loop has no period"
+    assert reason in refused("export", "fmu", plant, "--controller-poles", "-2,-3", "--out", str(tmp_path / "x.fmu"))

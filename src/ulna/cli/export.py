@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ulna.base import Verdict
     from ulna.deploy import Comparison, CProject
 
-app = typer.Typer(cls=UlnaGroup, help="A loop for a processor.", no_args_is_help=True)
+app = typer.Typer(cls=UlnaGroup, help="A loop for a processor or for other simulators.", no_args_is_help=True)
 
 
 class _Number(StrEnum):
@@ -87,6 +87,60 @@ def export_c(
     _tell(made, compared, asked, as_json=as_json)
     if compared is not None and not compared.equal:
         raise typer.Exit(1)
+
+
+class _Part(StrEnum):
+    loop = "loop"
+    controller = "controller"
+    plant = "plant"
+
+
+@app.command("fmu")
+@with_groups
+def export_fmu(
+    plant: PlantOptions,
+    run: RunOptions,
+    out: Annotated[Path, typer.Option(help="File to write, new: arm.fmu, say.")],
+    part: Annotated[_Part, typer.Option(help="What it holds.")] = _Part.loop,
+    fmi: Annotated[int, typer.Option(help="Version of the standard: 3 or 2.")] = 3,
+    as_json: AsJson = False,
+    *,
+    design: DesignOptions,
+    hardware: HardwareOptions,
+) -> None:
+    """Write a functional mock-up unit for co-simulation: the loop, its controller alone, or its plant alone.
+
+    It holds C of its own and a binary for this machine. A loop samples every period, whatever the communication
+    steps are.
+    """
+    from ulna.deploy import fmu
+    from ulna.loop import Loop
+
+    system = plant_in_file(plant)
+    initial = {}
+    if part is _Part.plant:
+        loop = Loop(plant=system)
+    else:
+        if not hardware.sampled:
+            raise SimulationError("ulna export fmu", "the loop has no period.", "Give --period 1e-3, say.")
+        with progress(f"designing for '{system.name}'"):
+            asked = run_of(system, plant, run, design, hardware, open_references=True)
+        loop, initial = asked.loop, asked.initial
+    if part is _Part.controller:
+        own = {s.name for s in (*loop.wiring.memory, *loop.wiring.driven)}
+        initial = {name: value for name, value in initial.items() if name in own}
+    with progress("writing"):
+        made = fmu(loop, out, part=part.value, version=fmi, initial=initial)
+    names = {"inputs": made.inputs, "outputs": made.outputs, "parameters": made.parameters}
+    if as_json:
+        data = {"file": str(made.path), "part": str(made.part), "fmi": fmi, "design": made.design}
+        print_json(data | {"platform": made.platform, **{k: list(v) for k, v in names.items()}})
+        return
+    typer.echo(f"{made.path}: FMI {fmi}.0 co-simulation of the {made.part}, design {made.design}")
+    typer.echo(f"binary for {made.platform}" if made.platform else "sources only: there is no C compiler here")
+    for what, found in names.items():
+        if found:
+            typer.echo(f"{what}: {', '.join(found)}")
 
 
 def _tell(made: CProject, compared: Comparison | None, asked: Run, *, as_json: bool) -> None:

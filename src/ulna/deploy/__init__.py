@@ -1,9 +1,10 @@
-"""What runs on a chip: the step of a loop as C that computes bit for bit what was simulated."""
+"""What leaves the house: the step of a loop as C that computes what was simulated, and FMUs for other simulators."""
 
 from ulna.deploy.comparison import Comparison, compare
 from ulna.deploy.compiled import Compiled
 from ulna.deploy.errors import DeployError
 from ulna.deploy.firmware import Firmware, Port, firmware
+from ulna.deploy.fmu import FmuFile, FmuPart, fmu
 from ulna.deploy.project import CProject, c_project
 from ulna.deploy.target import TARGETS, Target
 from ulna.deploy.verification import verify
@@ -15,10 +16,13 @@ __all__ = [
     "Compiled",
     "DeployError",
     "Firmware",
+    "FmuFile",
+    "FmuPart",
     "Port",
     "Target",
     "c_project",
     "compare",
     "firmware",
+    "fmu",
     "verify",
 ]
