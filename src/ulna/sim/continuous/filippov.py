@@ -46,6 +46,8 @@ def ways(at: Course, guards: Sequence[int], leaving: Mapping[int, int]) -> Ways:
     """
     field = _Field(at, guards)
     neutral = [k for k, guard in enumerate(guards) if field.neutral[k] and guard not in leaving]
+    if len(guards) == 1 and not leaving and field.crossed:
+        return Ways(guards=tuple(guards), neutral=(), found=({guards[0]: field.crossed},))
     free = [k for k in range(len(guards)) if k not in neutral]
     fixed = {k: leaving[guard] for k, guard in enumerate(guards) if guard in leaving}
     if len(free) > MOST:
@@ -93,6 +95,14 @@ class _Field:
         self.neutral = np.all(np.abs(rates) <= self.least, axis=0) | ~np.isfinite(rates).all()
 
     @property
+    def crossed(self) -> int:
+        """1 or −1 where the first guard moves that way on both sides of its surface, else 0."""
+        rates = [rates[0] for rates in self._corners.values()]
+        if min(rates) > self.least[0]:
+            return 1
+        return -1 if max(rates) < -self.least[0] else 0
+
+    @property
     def least(self) -> np.ndarray:
         """Rates up to this are zero."""
         return ROUNDING * self._size
@@ -107,9 +117,10 @@ class _Field:
         if sides not in self._corners:
             there = self._side(sides)
             rates, _ = there.motion(there, there.time, there.state)
-            later, _ = there.motion(there, *self._later)
-            self._size = np.maximum(self._size, np.abs(self._slopes * rates).sum(axis=1) + np.abs(self._drift))
-            here, soon = self._slopes @ rates + self._drift, self._slopes @ later + self._drift
+            size = np.abs(self._slopes * rates).sum(axis=1) + np.abs(self._drift)
+            self._size = np.maximum(self._size, size)
+            here = self._slopes @ rates + self._drift
+            soon = self._slopes @ there.motion(there, *self._later)[0] + self._drift
             # Of a rate that is about to change its sign rounding has left either.
             self._corners[sides] = np.where(np.abs(here) <= np.abs(soon - here), soon, here)
         return self._corners[sides]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -133,9 +134,7 @@ class WatchedJumps(Watcher):
 
     def _stays(self, at: Course, guard: int) -> bool:
         """Whether nothing has taken a guard that is held away from zero."""
-        there = at.copied()
-        there.held = ()
-        return self._near(there, guard)
+        return self._near(replace(at, held=()), guard)
 
     def _near(self, at: Course, guard: int) -> bool:
         """Whether a guard is zero but for rounding and what a moment changes."""
@@ -147,8 +146,7 @@ class WatchedJumps(Watcher):
         largest = float(np.abs(slopes[guard] * at.state).sum())
         rates = np.zeros(len(at.state))
         for side in (-1.0, 1.0):
-            there = at.copied()
-            there.modes[guard], there.held = side, ()
+            there = replace(at, modes=[*at.modes[:guard], side, *at.modes[guard + 1 :]], held=())
             rates = np.maximum(rates, np.abs(at.motion(there, at.time, at.state)[0]))
         speed = float(np.abs(slopes[guard]) @ rates + abs(drift[guard]))
         return bool(value <= 10.0 * at.motion.near * largest + 4.0 * MOMENT * at.span * speed)
