@@ -118,7 +118,7 @@ def test_a_transfer_function_is_realised() -> None:
         (lambda: to_control(PENDULUM), "parameters without a value: d"),
         (lambda: to_control(PENDULUM, {"d": 1.0, "mass": 2.0}), "parameter 'mass'"),
         (lambda: from_control(to_control(PENDULUM, {"d": 1.0})), "no formulas"),
-        (lambda: from_control(control.ss([[0.5]], [[1.0]], [[1.0]], [[0.0]], 0.1)), "discrete time"),
+        (lambda: from_control(control.ss([[0.5]], [[1.0]], [[1.0]], [[0.0]], True)), "without a period"),
         (lambda: from_control(3), "no formulas"),
     ],
 )

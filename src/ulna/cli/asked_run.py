@@ -69,8 +69,10 @@ def run_of(
 
     if not 0 < run.horizon < math.inf:
         raise SimulationError(f"--horizon {run.horizon:g}", "it is no positive time in s.", "Give --horizon 5, say.")
-    require_period(hardware)
     read = _read(run, design, hardware)
+    if read is not None and read.period is not None and not hardware.sampled:
+        hardware = replace(hardware, period=float(read.period))
+    require_period(hardware)
     values = parameter_values(system, plant.values, also=() if read is None else read.parameters)
     own = {name: values.pop(name) for name in list(values) if name not in {p.name for p in system.parameters}}
     unknown = {p.name: values[p.name] for p in system.parameters if p.value is None and p.name in values}

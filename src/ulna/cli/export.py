@@ -33,6 +33,13 @@ def _export() -> None:
     """A loop for a processor."""
 
 
+def _brings_period(run: RunOptions) -> bool:
+    """Whether the controller in a file is in discrete time."""
+    from ulna.system import read_system
+
+    return run.controller is not None and read_system(run.controller).discrete
+
+
 @app.command("c")
 @with_groups
 def export_c(
@@ -67,7 +74,7 @@ def export_c(
     if (out is None) == (verify is None):
         found = "neither is given." if out is None else "both are given."
         raise SimulationError("--out and --verify", found, "Give --out FOLDER to write, --verify FOLDER to ask.")
-    if not hardware.sampled:
+    if not hardware.sampled and not _brings_period(run):
         raise SimulationError("ulna export c", "the loop has no period.", "Give --period 1e-3, say.")
     system = plant_in_file(plant)
     with progress(f"designing for '{system.name}'"):

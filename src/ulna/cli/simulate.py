@@ -91,7 +91,7 @@ def _trajectory(
     from ulna.sim import simulate as run_loop
 
     loop = asked.loop
-    if loop.sampled:
+    if loop.sampled or loop.system.discrete:
         if crossed:
             raise SimulationError("--event, --until", "they are for a continuous loop.", "Leave them out.")
         times, events = run.horizon, ()

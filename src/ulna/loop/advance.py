@@ -87,7 +87,10 @@ def _advanced(
     count, moves = len(loop.wiring.references), None if missed is None else missed.negated()
     z, references = w.inputs("z", len(loop.wiring.memory)), (w.inputs("r_old", count), w.inputs("r", count))
     begun = [w.input("begun")] * len(z)
-    match loop.hardware.discretisation:
+    match loop.rule:
+        case None:
+            row = _Row(loop, w, "z'", samples, outputs, interpolate=False)
+            advanced = row(z, references[0], 0.0)
         case Euler() | RungeKutta4() if loop.wiring.filter is not None:
             # It reads the first sample, too.
             begun[: loop.wiring.observed] = [w.constant(1.0)] * loop.wiring.observed

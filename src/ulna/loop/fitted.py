@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from ulna.base import SimulationError
-from ulna.loop.discretisation import ExactHold
+from ulna.loop.discretisation import Discretisation, ExactHold
 from ulna.loop.drive import Amplifier, Pwm
 from ulna.loop.hardware import Hardware
 from ulna.loop.limits import Saturation, SlewLimit
@@ -58,6 +58,11 @@ class Fitted:
         """Whether the input changes within a period."""
         return self.fraction > TINY
 
+    @property
+    def rule(self) -> Discretisation | None:
+        """How the controller is discretised; None where it is in discrete time."""
+        return None if self.wiring.discrete else self.hardware.discretisation
+
     def written(self, kernel: Kernel) -> Kernel:
         """The formulas of a kernel in the processor's arithmetic."""
         return in_arithmetic(kernel, self.hardware.arithmetic)
@@ -81,7 +86,7 @@ def fitted(wiring: Wiring, hardware: Hardware, parameters: Mapping[str, float]) 
     period = hardware.period
     if period is None:
         raise SimulationError("step of a loop", "its controller is continuous.", "Give Hardware(period=...).")
-    if isinstance(hardware.discretisation, ExactHold) and wiring.injected is None:
+    if isinstance(hardware.discretisation, ExactHold) and (wiring.injected is None or wiring.discrete):
         raise SimulationError(
             "ExactHold()",
             "it needs an estimator whose linear part is known.",

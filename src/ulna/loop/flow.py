@@ -177,12 +177,22 @@ class _Plant:
         driven = range(len(loop.wiring.driven))
         phases = [("early", "ua"), ("late", "ub")] if loop.split else [("late", "ub")]
         program: list[Kernel | Repeat] = [self._start([name for name, _ in phases])]
-        if any(bridges(loop)):
+        if loop.wiring.plant.discrete:
+            program.append(self._leap())
+        elif any(bridges(loop)):
             program += self._pulsed([inputs for _, inputs in phases])
         else:
             for length, inputs in phases:
                 program += self._steps([(length, [f"{inputs}{k}" for k in driven])])
         return tuple(program)
+
+    def _leap(self) -> Kernel:
+        """The one step of a plant in discrete time, then the walls."""
+        w = Assembly("plant step")
+        x = w.inputs("x", len(self.loop.wiring.plant.states))
+        x_new = self.rates(w, x, w.input("time"), [f"ub{k}" for k in range(len(self.loop.wiring.driven))])
+        outputs = self._walls(w, x_new)
+        return w.finished(outputs | {f"x{k}": value for k, value in enumerate(x_new)})
 
     def _start(self, lengths: list[str]) -> Kernel:
         """Lengths of the stretches, and nothing hit yet."""

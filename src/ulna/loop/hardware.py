@@ -27,7 +27,8 @@ class Hardware:
 
     At t_k = k · period: measure (noise, then quantiser); advance the controller's states from k − 1 to k; compute the
     command; limit it (slew, saturation); after `delay` the drive holds it on the plant's input until the next one.
-    Without a period the controller is continuous, and only saturation and end stops are possible.
+    Without a period the controller is continuous, and only saturation and end stops are possible; a `Loop` gives it the
+    period of a plant or controller in discrete time.
 
     Args:
         period: s; None for a continuous controller.
@@ -36,15 +37,14 @@ class Hardware:
         drive: of all driven inputs, or by name.
         saturation, slew: of all driven inputs, or by name.
         anti_windup: what the law's integrals do in saturation.
-        discretisation: of the controller.
+        discretisation: of a continuous controller; one in discrete time runs as it is written.
         clock: what the real clock does: `Jitter`, `MissedSamples`, or both in a tuple.
         end_stops: walls of the plant.
         guard: what the processor does with a value that is not finite; None for no check.
         arithmetic: how it computes: `Fused()` with fused multiply-add, `Plain()` the same bits in every language.
 
     Raises:
-        SimulationError: a period or delay out of range, a jitter longer than the period, hardware of a processor
-            without a period.
+        SimulationError: a period or delay out of range, a jitter longer than the period.
     """
 
     period: float | None = None
@@ -64,14 +64,6 @@ class Hardware:
     def __post_init__(self) -> None:
         self._check_stops()
         if self.period is None:
-            idle = {each.name: each.default for each in fields(self)}
-            given = [name for name in _OF_A_PROCESSOR if getattr(self, name) != idle[name]]
-            if given:
-                raise SimulationError(
-                    f"Hardware({given[0]}=...)",
-                    "only a controller that runs once a period has it.",
-                    "Give the period too, Hardware(period=1e-3, ...) say.",
-                )
             return
         if not (0 < self.period < math.inf):
             raise SimulationError(f"Hardware(period={self.period})", "the period must be a positive time in s.")
@@ -92,6 +84,21 @@ class Hardware:
     def sampled(self) -> bool:
         """Whether the controller runs once a period."""
         return self.period is not None
+
+    def require_period(self) -> None:
+        """Refuse hardware of a processor without a period.
+
+        Raises:
+            SimulationError: naming the first of it.
+        """
+        idle = {each.name: each.default for each in fields(self)}
+        given = [name for name in _OF_A_PROCESSOR if getattr(self, name) != idle[name]]
+        if given and self.period is None:
+            raise SimulationError(
+                f"Hardware({given[0]}=...)",
+                "only a controller that runs once a period has it.",
+                "Give the period too, Hardware(period=1e-3, ...) say.",
+            )
 
     @property
     def jitter(self) -> Jitter | None:

@@ -17,6 +17,7 @@ from ulna.loop.hardware import Hardware
 from ulna.loop.limits import Saturation
 from ulna.loop.parts import Parts, parts_of
 from ulna.loop.step import Step, step
+from ulna.loop.timed import timed
 from ulna.loop.wiring import Wiring, wire
 from ulna.system import Signal, System
 
@@ -30,16 +31,21 @@ class Loop:
     disturbances. Each input of the controller reads the estimate of this name, else the plant's input, output or state
     of this name; inputs that nothing feeds are references, which whoever runs the loop gives.
 
+    A controller in discrete time runs on a processor at its own period. A plant in discrete time is closed by a static
+    law or a controller of its period: without hardware as one `System`, with hardware as the processor of that period.
+
     Args:
         plant: what is controlled.
         controller: None for the plant alone, with limits of its inputs and end stops; else a `System` whose outputs
             include inputs of the plant, or what has one as its `.system`: a law on measured states, a compensator, a
             controller read from a file. The estimator of a compensator sees the limited, delayed input. An observer by
             itself runs beside the plant, sees its inputs and drives none.
-        hardware: processor, sensors, drive, limits; None for the continuous, unlimited loop.
+        hardware: processor, sensors, drive, limits; None for the unlimited loop. Its period may be left out where plant
+            or controller has one.
 
     Raises:
-        SimulationError: a controller that drives and estimates nothing, options of signals that the loop does not have.
+        SimulationError: a controller that drives and estimates nothing, periods that differ, options of signals that
+            the loop does not have.
     """
 
     plant: System
@@ -47,6 +53,7 @@ class Loop:
     hardware: Hardware | None = None
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "hardware", timed(self.plant, self.controller, self.hardware))
         if self.controller is None:
             _ = self.saturation
             if self.sampled:

@@ -25,6 +25,8 @@ def pace(loop: Fitted, plant: Kernel, *, constants: dict[str, str], disturbances
     """
     w, n = Assembly("pace"), len(loop.wiring.plant.states)
     best = w.input("pace")
+    if loop.wiring.plant.discrete:
+        return loop.finished(w.finished({"pace": best}))
     try:
         slopes = tangents(row_of(plant, "x'"), [f"x{k}" for k in range(n)], piecewise=True)
     except UlnaError:

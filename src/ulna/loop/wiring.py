@@ -32,6 +32,7 @@ class Wiring:
         measured: what is read from the plant. readings: of it, in the plant's symbols.
         references: inputs of the controller that nothing in the loop feeds.
         memory: states of estimator and controller. estimates: what they show besides commands.
+        discrete: whether z' are the values one period later, of a controller in discrete time.
         observed: how many of the memory belong to the estimator.
         injected: the estimator, where its linear part is known. filter: the estimator, where it is a Kalman filter.
         controller: z' (`z'k`), injections (`wk`), a filter's rates of the plant (`fk`) and innovations (`vk`),
@@ -48,6 +49,7 @@ class Wiring:
     references: tuple[Signal, ...]
     memory: tuple[Signal, ...]
     estimates: tuple[Signal, ...]
+    discrete: bool
     observed: int
     injected: LinearInjection | None
     filter: KalmanFilter | None
@@ -69,7 +71,8 @@ def wire(plant: System, controller: Any) -> Wiring:
     An estimator drives nothing: of what it estimates, something bears the name `<state>_hat` or `<output>_hat`.
 
     Raises:
-        SimulationError: a controller that drives and estimates nothing, or a state and an output of one name.
+        SimulationError: a controller that drives and estimates nothing, an estimator and a law in different times, or
+            a state and an output of one name.
     """
     parts = parts_of(controller)
     estimator = parts.observer
@@ -79,6 +82,7 @@ def wire(plant: System, controller: Any) -> Wiring:
     driven = tuple(s for s in plant.inputs if s.name in commanded)
     if not driven:
         _require_estimates(plant, parts.system)
+    _require_one_time([each for each in (observer, law) if each is not None])
     found = _Found(plant=plant, driven=driven, states_first=parts.states_first)
     owners = [law] if observer is None else [observer, law]
     renamed = _renamed(owners)
@@ -117,6 +121,7 @@ def wire(plant: System, controller: Any) -> Wiring:
         references=tuple(found.references),
         memory=tuple(s for owner in owners for s in owner.states),
         estimates=tuple(s for s, _ in estimates.values()),
+        discrete=any(owner.discrete for owner in owners),
         observed=0 if observer is None else len(observer.states),
         injected=estimator if isinstance(estimator, LinearInjection) else None,
         filter=estimator if isinstance(estimator, KalmanFilter) else None,
@@ -136,6 +141,13 @@ def _require_estimates(plant: System, controller: System) -> None:
             f"none of the outputs {_names(controller.outputs)} is an input of the plant, or the estimate of a state.",
             f"The plant's inputs: {_names(plant.inputs)}; estimates are called {', '.join(sorted(estimates)[:3])}.",
         )
+
+
+def _require_one_time(owners: list[System]) -> None:
+    """Refuse an estimator and a law whose states move in different times."""
+    if len({owner.period for owner in owners if owner.states or owner.discrete}) > 1:
+        found = "; ".join(f"'{owner.name}' moves in {owner.time_text}" for owner in owners)
+        raise SimulationError("a controller of two parts", f"{found}.", "Give both one period, or none.")
 
 
 def _names(signals: Iterable[Signal]) -> str:

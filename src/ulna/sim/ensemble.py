@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from ulna.base import SimulationError
-from ulna.sim.figures import ended_inside
+from ulna.sim.figures import FIGURE_NAMES, ended_inside
 from ulna.sim.outcome import Outcome
+from ulna.sim.starts import Request
 from ulna.system import System
 
 CODES = tuple(Outcome)
@@ -79,3 +81,18 @@ class Ensemble:
     def __repr__(self) -> str:
         done = int(self.finished.sum())
         return f"Ensemble of '{self.system.name}': {len(self)} runs to {self.horizon:g} s, {done} finished"
+
+
+def empty_figures(asked: Request) -> dict[str, Any]:
+    """The fields of an ensemble before its runs are known."""
+    runs, outputs = len(asked.starts.initial), len(asked.system.outputs)
+    figures: dict[str, Any] = {name: np.full((runs, outputs), np.nan) for name in FIGURE_NAMES}
+    figures |= {
+        "input_names": (),
+        "peak_input": np.zeros((runs, 0)),
+        "rms_input": np.zeros((runs, 0)),
+        "code": np.zeros(runs, dtype=np.int8),
+        "end_time": np.full(runs, float(asked.times[-1])),
+        "final_state": np.empty_like(asked.starts.initial),
+    }
+    return figures

@@ -128,6 +128,13 @@ def input_values(given: Input, times: np.ndarray, parameters: Mapping[str, float
             return _lowered(expression, tuple(parameters))(times, *parameters.values())[0]
 
 
+def of_run(given: Input, run: int) -> Input:
+    """Samples of each run's own: those of this run."""
+    if isinstance(given, Held | Interpolated) and given.values.ndim == 2:
+        return type(given).known(times=given.times, values=given.values[run])
+    return given
+
+
 @lru_cache(maxsize=32)
 def _lowered(expression: sp.Expr, parameters: tuple[str, ...]) -> Callable[..., tuple[np.ndarray, ...]]:
     symbols = [sp.Symbol(name, real=True) for name in parameters]

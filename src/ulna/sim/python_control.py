@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def to_control(system: System, parameters: Mapping[str, float] | None = None) -> control.NonlinearIOSystem:
-    """The system as a `control.NonlinearIOSystem`: same names of states, inputs and outputs, SI numbers.
+    """The system as a `control.NonlinearIOSystem`: same names of states, inputs, outputs, SI numbers; a period as dt.
 
     Its parameters keep their names too and can be changed in any call of python-control (`params={...}`).
 
@@ -58,6 +58,7 @@ def to_control(system: System, parameters: Mapping[str, float] | None = None) ->
         inputs=[s.name for s in system.inputs] or 0,
         outputs=[s.name for s in outputs],
         params=values,
+        dt=float(system.period) if system.period is not None else 0,
         name=system.name.replace(".", "_"),
     )
 
@@ -65,13 +66,14 @@ def to_control(system: System, parameters: Mapping[str, float] | None = None) ->
 def from_control(given: Any) -> System:
     """A linear system of python-control (`StateSpace`, or `TransferFunction` by a realisation) as a `System`.
 
-    x' = A x + B u, y = C x + D u with the entries' decimal texts as exact numbers and the names of python-control. A
-    `NonlinearIOSystem` holds Python functions, which have no formulas: it can be simulated, not brought back.
+    x' = A x + B u, y = C x + D u, of one with dt x⁺ = A x + B u; the entries' decimal texts are exact numbers, names
+    those of python-control. A `NonlinearIOSystem` holds Python functions, which have no formulas: it can be simulated,
+    not brought back.
 
     Raises:
         OptionalDependencyError: without python-control.
-        SimulationError: a nonlinear system, one in discrete time, without a realisation or with entries that are not
-            finite.
+        SimulationError: a nonlinear system, one in discrete time without a period, without a realisation or with
+            entries that are not finite.
         PlantError: names that are no names of formulas.
     """
     library = _library()
@@ -90,8 +92,8 @@ def from_control(given: Any) -> System:
             f"a {type(given).__name__} has no formulas that could be read.",
             "Write its equations as a plant; linear systems can be taken over.",
         )
-    if given.isdtime(strict=True):
-        raise SimulationError(asked, f"it runs in discrete time (dt = {given.dt}).", "Systems are continuous here.")
+    if given.dt is True:
+        raise SimulationError(asked, "it runs in discrete time without a period.", "Give it one: dt=0.1, seconds.")
     x, u, y = (_labels(labels) for labels in (given.state_labels, given.input_labels, given.output_labels))
     symbols = sp.Matrix([s.symbol for s in (*x, *u)])
     rows = np.block([[given.A, given.B], [given.C, given.D]])
@@ -100,6 +102,7 @@ def from_control(given: Any) -> System:
     formulas = [sum((exact(float(v)) * s for v, s in zip(row, symbols, strict=True) if v), sp.S.Zero) for row in rows]
     return System(
         name=str(given.name),
+        period=exact(float(given.dt)) if given.dt else None,
         states=x,
         rates=tuple(formulas[: len(x)]),
         inputs=u,

@@ -14,6 +14,7 @@ from ulna.sim.continuous.implicit import Implicit
 from ulna.sim.continuous.rules import Limits, Reported
 from ulna.sim.continuous.run import run_continuous
 from ulna.sim.continuous.taylor import Taylor
+from ulna.sim.difference import difference_figures, run_difference
 from ulna.sim.ensemble import Ensemble
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Figures, Paths, Record
@@ -56,7 +57,8 @@ def simulate(
             states start at 0 (a filter's covariance at its own), or where they or the estimates (`x_hat`) are named, as
             may be a driven input: what the drive holds before the first command. For N runs (N, n), by name (N,).
         times: (T,) increasing instants in s, T ≥ 2, the first where `initial` holds; or one final time for (0, T). With
-            a processor they are sample times from 0, and a final time alone stands for all of them.
+            a processor they are sample times from 0, and a final time alone stands for all of them; in discrete time
+            they are multiples of the period.
         inputs: references and disturbances by name: a number, a formula in `TIME`, a function of time, `Held` or
             `Interpolated` samples; an array of N numbers, or samples with N rows, for N runs. A disturbance left out
             is 0, a reference has to be given. `<y>_noise`: samples in place of the noise drawn for y, in SI.
@@ -87,20 +89,16 @@ def simulate(
         engine = FixedSteps(processor=engine)
     sampled = found is not None and found.sampled
     _check_engine(engine, sampled=sampled, events=bool(events))
-    if not system.states and not sampled:
-        if runs is not None or events or _limits(found):
-            hint = "Simulate it once, without limits and events: its outputs are functions of its inputs."
-            raise SimulationError(f"simulation of '{system.name}'", "it has no states, so nothing in it moves.", hint)
-        _, at, drive, values = continuous_run(system, found, initial, at, inputs, parameters)
-        return run_static(system, at, drive, values)
+    moved = sampled or (bool(system.states) and not system.discrete)
+    if not moved:
+        _check_unmoved(system, engine, several=runs is not None, watched=bool(events or _limits(found)))
     if runs is None and not sampled:
-        trajectory = run_continuous(
-            system,
-            *continuous_run(system, found, initial, at, inputs, parameters),
-            engine=engine if isinstance(engine, Taylor | Implicit) else TAYLOR,
-            limits=_limits(found),
-            reported=tuple(events),
-        )
+        run = continuous_run(system, found, initial, at, inputs, parameters)
+        settings = engine if isinstance(engine, Taylor | Implicit) else TAYLOR
+        if moved:
+            trajectory = run_continuous(system, *run, engine=settings, limits=_limits(found), reported=tuple(events))
+        else:
+            trajectory = run_difference(system, *run) if system.discrete else run_static(system, *run[1:])
         return _finished(trajectory, float(at[-1])) if throw else trajectory
     asked = request(system, found, runs, initial, at, inputs, parameters, targets, seed, threads)
     if runs is None and found is not None:
@@ -116,6 +114,8 @@ def _many(
     if asked.times[0] != 0.0:
         raise SimulationError("times of many runs", f"they begin at {asked.times[0]:g} s.", "Many runs begin at 0 s.")
     end = float(asked.times[-1])
+    if asked.system.discrete and not sampled:
+        return Ensemble(system=asked.system, horizon=end, **difference_figures(asked, record))
     if sampled and loop is not None:
         steps = engine if isinstance(engine, FixedSteps) else STEPS
         names = record.names if isinstance(record, Paths) else ()
@@ -162,6 +162,18 @@ def _check_engine(engine: Taylor | Implicit | FixedSteps | None, *, sampled: boo
         raise SimulationError(
             "events of a sampled run", "it reports what happens at its samples by itself.", "Leave them out."
         )
+
+
+def _check_unmoved(system: System, engine: object, *, several: bool, watched: bool) -> None:
+    """Refuse what makes sense only for a system that is integrated."""
+    if system.discrete:
+        for what, given in (("engine", engine is not None), ("events", watched)):
+            if given:
+                found = f"it moves in {system.time_text}, nothing is in between."
+                raise SimulationError(f"{what} of a run of '{system.name}'", found, "Leave them out.")
+    elif several or watched:
+        hint = "Simulate it once, without limits and events: its outputs are functions of its inputs."
+        raise SimulationError(f"simulation of '{system.name}'", "it has no states, so nothing in it moves.", hint)
 
 
 def _finished(trajectory: Trajectory, wanted: float) -> Trajectory:

@@ -37,6 +37,20 @@ class ControlAffine:
         return tuple(self.g[:, j] for j in range(self.g.cols))
 
 
+def require_continuous(system: System) -> None:
+    """Refuse a system in discrete time.
+
+    Raises:
+        PlantError: it has no vector fields.
+    """
+    if system.discrete:
+        raise PlantError(
+            f"vector fields of '{system.name}'",
+            f"it moves in {system.time_text} and has none.",
+            "Ask for `equilibrium`, `linearise` or `analyse`, which know discrete time, or write the plant as x' = ….",
+        )
+
+
 NON_SMOOTH = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.floor, sp.ceiling, sp.Heaviside, sp.Piecewise)
 """Functions without the derivatives that vector-field methods need."""
 
@@ -46,12 +60,14 @@ def control_affine(system: SystemLike) -> ControlAffine:
 
     Raises:
         NotAffineError: if a rate is not affine in the inputs or an output depends on them; shows the term.
+        PlantError: for a system in discrete time, which has no vector fields.
     """
     return _control_affine(as_system(system))
 
 
 @lru_cache(maxsize=64)
 def _control_affine(system: System) -> ControlAffine:
+    require_continuous(system)
     u = system.input_symbols
     rates = sp.Matrix(system.inline(system.rates))
     readouts = sp.Matrix(len(system.readouts), 1, system.inline(system.readouts))

@@ -69,6 +69,8 @@ def connect(
 
     A ring of wires without a state is solved where it is linear in its signals: b = −2a + r, a = b/4.
 
+    Parts in discrete time share one period; a part without states and period fits all.
+
     A name that two parts share gets its part's key as a prefix, except a parameter that both hold alike. A wire
     between units of one dimension converts (degrees to rad); a signal without a unit fits every other.
 
@@ -96,11 +98,13 @@ def connect(
         key, _, signal_name = end.partition(".")
         if key not in placed or signal_name not in {s.name for s in placed[key].system.inputs}:
             raise PlantError(f"wire '{end}'", "there is no such input.", f"Parts: {', '.join(parts)}.")
+    period = _period(placed)
     definitions, meaning = _wire(placed, wires, wired, externals)
     shown = [_shown(placed, meaning, label) for label in outputs]
     return System(
         name=name,
         text=text,
+        period=period,
         states=tuple(replace(s, name=p.renamed[s.symbol].name) for p in placed.values() for s in p.system.states),
         rates=tuple(p.own(r) for p in placed.values() for r in p.system.rates),
         inputs=tuple(end.signal for end in externals.values()),
@@ -185,6 +189,16 @@ def _wire(
 
 def _values(part: _Part) -> list[tuple[sp.Symbol, sp.Expr]]:
     return [(part.renamed[symbol], value) for symbol, value in part.system.values.items()]
+
+
+def _period(placed: Mapping[str, _Part]) -> sp.Expr | None:
+    """The period that all parts share; None in continuous time."""
+    periods = {key: part.system.period for key, part in placed.items() if part.system.states or part.system.discrete}
+    if len(set(periods.values())) > 1:
+        found = "; ".join(f"{key}: {placed[key].system.time_text}" for key in periods)
+        hint = "Give all parts one period; a Loop runs a discrete controller on a continuous plant."
+        raise PlantError("connection", f"time passes differently in its parts ({found}).", hint)
+    return next(iter(periods.values()), None)
 
 
 def _shown(

@@ -33,8 +33,10 @@ def check_dimensions(system: System) -> None:
         if not definition.implicit:
             known[definition.symbol] = found or _ONE
     for state, rate in zip(system.states, system.rates, strict=True):
-        due = _times(unit(state.unit).dimension, {"time": Fraction(-1)})
-        _require(rate, due, known, f"equation of state '{state.name}'", f"{state.unit or '1'}/s")
+        due, due_unit = unit(state.unit).dimension, state.unit or "1"
+        if not system.discrete:
+            due, due_unit = _times(due, {"time": Fraction(-1)}), f"{due_unit}/s"
+        _require(rate, due, known, f"equation of state '{state.name}'", due_unit)
     for output, readout in zip(system.outputs, system.readouts, strict=True):
         due = unit(output.unit).dimension
         _require(readout, due, known, f"equation of output '{output.name}'", output.unit or "1")

@@ -84,7 +84,7 @@ def equilibria(
         names = ", ".join(p.name for p in numeric.parameters)
         raise PlantError(f"equilibria of '{given.name}'", f"parameters without a value: {names}.", "Give them values.")
     held = _held(given, inputs or {})
-    rates = [put_in(r, held) for r in numeric.rates]
+    rates = [put_in(r, held) for r in numeric.balances]
     box = _box(given, within or {})
     free = tuple(s.name for s in given.state_symbols if not any(r.has(s) for r in rates))
     sought = [s for s in given.state_symbols if s.name not in free]

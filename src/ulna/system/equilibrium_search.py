@@ -62,7 +62,7 @@ def equilibrium(
     start = {**dict.fromkeys((*given.state_symbols, *given.input_symbols), sp.Integer(0)), **given_values(given)}
     start = {symbol: asked.get(symbol, value).xreplace(given.values) for symbol, value in start.items()}
     held = {u: start[u] for u in given.input_symbols}
-    rates = [put_in(r, held) for r in valued.rates]
+    rates = [put_in(r, held) for r in valued.balances]
     point, verdict = _reached(valued, rates, {x: start[x] for x in given.state_symbols}, exact=exact, digits=digits)
     return Equilibrium(system=given, states=point, inputs=held, verdict=verdict, parameters=given.values)
 
@@ -74,7 +74,9 @@ def _reached(
     claim, states = f"'{system.name}' rests near the point given", list(start)
     for state, rate in zip(states, rates, strict=True):
         if not rate.has(*states) and not is_zero(rate, test=_QUICK).holds:
-            raise _none(system, f"there is no equilibrium: {state}' = {rate} everywhere.", "Change that equation.")
+            moves = "changes by" if system.discrete else "has the rate"
+            found = f"there is no equilibrium: {state} {moves} {rate} everywhere."
+            raise _none(system, found, "Change that equation.")
     if exact and (found := _exactly(system, rates, start, claim)) is not None:
         return found
     if missing := sorted(p.name for p in system.parameters):

@@ -18,7 +18,7 @@ from ulna.system.system import System
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Linearisation:
-    """dx' = A dx + B du, dy = C dx + D du about `point`.
+    """dx' = A dx + B du, dy = C dx + D du about `point`; of a system in discrete time dx⁺ in place of dx'.
 
     Attributes:
         A: (n, n); B: (n, m); C: (p, n); D: (p, m), exact.
@@ -33,8 +33,13 @@ class Linearisation:
     D: sp.ImmutableDenseMatrix
 
     @property
+    def period(self) -> sp.Expr | None:
+        """s, of a system in discrete time, else None."""
+        return self.system.period
+
+    @property
     def eigenvalues(self) -> tuple[complex, ...]:
-        """(n,) eigenvalues of A in 1/s, parameters at their values, slowest first.
+        """(n,) eigenvalues of A, parameters at their values, slowest first: in 1/s; in discrete time pure numbers.
 
         Raises:
             PlantError: where A depends on a parameter without a value, or on a state or input that has none here.
@@ -45,11 +50,14 @@ class Linearisation:
             asked = f"eigenvalues of '{self.system.name}' at a point"
             raise PlantError(asked, f"no value is given for {names}.", "Give one.")
         found = np.linalg.eigvals(np.array(A.evalf(), dtype=float).reshape(A.shape))
-        return tuple(complex(v) for v in sorted(found, key=lambda v: (-v.real, v.imag)))
+        size = np.abs if self.period is not None else np.real
+        return tuple(complex(v) for v in sorted(found, key=lambda v: (-size(v), v.imag)))
 
     @property
     def stable(self) -> bool:
-        """Whether every eigenvalue lies in the open left half-plane (exponential stability)."""
+        """Whether small deviations die out exponentially: every eigenvalue has Re λ < 0, in discrete time |λ| < 1."""
+        if self.period is not None:
+            return all(abs(v) < 1 for v in self.eigenvalues)
         return all(v.real < 0 for v in self.eigenvalues)
 
 

@@ -54,7 +54,7 @@ def operating_point(system: System) -> Equilibrium:
     are zero and the verdict is refuted.
     """
     given = given_values(system)
-    rates = system.inline(system.rates)
+    rates = system.inline(system.balances)
     rest_states = [s for s in system.state_symbols if s not in given]
     rest_inputs = [s for s in system.input_symbols if s not in given]
     start = nearest_to_zero(system)

@@ -10,6 +10,7 @@ import sympy as sp
 from ulna.base import PlantError
 from ulna.program import ImplicitKernel, Kernel, explicit
 from ulna.symbolic.compiling import kernel
+from ulna.system.affine import require_continuous
 from ulna.system.system import System
 
 
@@ -46,8 +47,9 @@ def system_kernel(
         parameters: exact values that replace or complete the plant's own.
 
     Raises:
-        PlantError: for parameters without a value.
+        PlantError: for parameters without a value, and in discrete time.
     """
+    require_continuous(system)
     values = {**system.values, **(parameters or {})}
     missing = [p.name for p in system.parameters if p.symbol not in values]
     if missing:

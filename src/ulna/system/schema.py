@@ -20,7 +20,16 @@ from ulna.system.signal import Definition, Parameter, Signal
 from ulna.system.system import System
 
 _SECTIONS = ("parameters", "definitions", "states", "inputs", "outputs", "operating_point")
-_TOP = ("format", "name", "text", "source", "dimensions", "catalogue")  # the last is read by the catalogue alone
+_TOP = (
+    "format",
+    "name",
+    "text",
+    "source",
+    "time",
+    "period",
+    "dimensions",
+    "catalogue",
+)  # the last is read by the catalogue alone
 _LONGEST = 100
 """Letters of a name: it stands in tables, figures and the names of files."""
 _USES = ("measured", "controlled")
@@ -51,6 +60,7 @@ def system_from_mapping(data: Mapping[str, Any], *, where: str = "plant") -> Sys
     names |= {d.name: d.symbol for d in definitions}
     system = System(
         name=_words(data, "name", where) or Path(where).stem,
+        period=_period(data, where),
         text=_words(data, "text", where),
         source=_words(data, "source", where),
         states=states,
@@ -76,6 +86,7 @@ def system_to_mapping(system: SystemLike) -> dict[str, Any]:
     system = as_system(system)
     data: dict[str, Any] = {"format": 1, "name": system.name}
     data |= {key: value for key in ("text", "source") if (value := getattr(system, key))}
+    data |= {"time": "discrete", "period": _text(system.period)} if system.period is not None else {}
     data |= {} if _dimensions_fit(system) else {"dimensions": "unchecked"}
     sections: dict[str, dict[str, Any]] = {
         "parameters": {
@@ -132,6 +143,18 @@ def _check_shape(data: Mapping[str, Any], where: str) -> None:
                 if key not in keys:
                     known = ", ".join(sorted(keys))
                     raise PlantError(f"{section} '{name}' in {where}", f"unknown key '{key}'.", f"Known: {known}.")
+
+
+def _period(data: Mapping[str, Any], where: str) -> sp.Expr | None:
+    """Seconds from one value of the states to the next; None in continuous time."""
+    if data.get("time", "continuous") not in ("continuous", "discrete"):
+        raise PlantError(where, f"time = {_shown(data['time'])}.", 'Write "continuous" or "discrete".')
+    discrete = data.get("time") == "discrete"
+    if discrete and "period" not in data:
+        raise PlantError(where, 'time = "discrete" without a period.', "Add period = 0.001, seconds.")
+    if not discrete and "period" in data:
+        raise PlantError(where, "a period in continuous time.", 'Add time = "discrete", or leave the period out.')
+    return _number(data["period"], f"period of {where}") if discrete else None
 
 
 def _check_unique(data: Mapping[str, Any], where: str) -> None:

@@ -17,12 +17,12 @@ from ulna.system.sizes import check_size
 
 @dataclass(frozen=True, slots=True, kw_only=True, weakref_slot=True)
 class System:
-    """A system x' = F(x, u, p), y = H(x, u, p), written in real symbols, exactly.
+    """A system x' = F(x, u, p), y = H(x, u, p), or with a period x⁺ = F(x, u, p); in real symbols, exactly.
 
     Attributes:
         name: what errors and tables call it.
         states: (n,) signals, in order; none for a static map such as a feedback law.
-        rates: (n,) right-hand sides, the derivative of each state.
+        rates: (n,) right-hand sides: the derivative of each state; in discrete time its value one period later.
         inputs: (m,) signals; empty for an autonomous system.
         outputs: (p,) signals; a state may be an output under its own name.
         readouts: (p,) expressions, what each output measures.
@@ -30,6 +30,7 @@ class System:
         definitions: abbreviations in order of dependency, unknowns of linear equations among them; `inline` puts
             them in.
         operating_point: exact SI values given for some states and inputs; `equilibrium.operating_point` completes it.
+        period: None in continuous time; else s, exact, from one value of the states to the next.
         text: a line on what the system is; source: where it comes from.
 
     Raises:
@@ -45,15 +46,34 @@ class System:
     parameters: tuple[Parameter, ...] = ()
     definitions: tuple[Definition, ...] = ()
     operating_point: tuple[tuple[str, sp.Expr], ...] = ()
+    period: sp.Expr | None = None
     text: str = ""
     source: str = ""
 
     def __post_init__(self) -> None:
+        _check_period(self)
         _check_counts(self)
         _check_names(self)
         _check_symbols(self)
         rows = zip((*self.states, *self.outputs), (*self.rates, *self.readouts), strict=True)
         check_size(self.name, self.definitions, {signal.name: expression for signal, expression in rows})
+
+    @property
+    def discrete(self) -> bool:
+        """Whether time passes in steps of a period."""
+        return self.period is not None
+
+    @property
+    def balances(self) -> tuple[sp.Expr, ...]:
+        """(n,) what vanishes at rest: the rates; in discrete time what each state changes by in a period."""
+        if not self.discrete:
+            return self.rates
+        return tuple(rate - s for rate, s in zip(self.rates, self.state_symbols, strict=True))
+
+    @property
+    def time_text(self) -> str:
+        """How its time passes, in words."""
+        return "continuous time" if self.period is None else f"steps of {float(self.period):g} s"
 
     @property
     def state_symbols(self) -> tuple[sp.Symbol, ...]:
@@ -154,17 +174,22 @@ class System:
     def __repr__(self) -> str:
         rows = [(d.name, d.expression) for d in self.definitions if not d.implicit]
         rows += [("0", d.expression) for d in self.unknowns]
-        rows += [(f"{s.name}'", rate) for s, rate in zip(self.states, self.rates, strict=True)]
+        rows += [
+            (f"{s.name}{'+' if self.discrete else chr(39)}", rate)
+            for s, rate in zip(self.states, self.rates, strict=True)
+        ]
         told = {name for name, _ in rows} | {s.name for s in self.states}
         rows += [(o.name, e) for o, e in zip(self.outputs, self.readouts, strict=True) if o.name not in told]
         inputs = f", inputs {', '.join(u.name for u in self.inputs)}" if self.inputs else ""
-        return listing(f"System '{self.name}'{inputs}", rows)
+        period = f", period {float(self.period):g} s" if self.period is not None else ""
+        return listing(f"System '{self.name}'{inputs}{period}", rows)
 
     def _repr_latex_(self) -> str:
         from ulna.symbolic.formulas import system_latex
 
         readouts = {o.name: e for o, e in zip(self.outputs, self.readouts, strict=True)}
-        return system_latex({s.name: e for s, e in zip(self.states, self.rates, strict=True)}, readouts)
+        rates = {s.name: e for s, e in zip(self.states, self.rates, strict=True)}
+        return system_latex(rates, readouts, discrete=self.discrete)
 
 
 def _in_numbers(expressions: Iterable[sp.Expr], numbers: Mapping[sp.Symbol, sp.Expr], name: str) -> tuple[sp.Expr, ...]:
@@ -194,6 +219,13 @@ def _with(expression: sp.Expr, meaning: Mapping[sp.Symbol, sp.Expr], name: str) 
             "a comparison, minimum or maximum meets a term that is infinite or not real.",
             "Look for a division by zero in the definitions.",
         ) from None
+
+
+def _check_period(system: System) -> None:
+    period = system.period
+    if period is not None and not (period.is_number and period.is_finite and period.is_positive):
+        found = f"{period} is no positive time in s."
+        raise PlantError(f"period of '{system.name}'", found, "Write period = 0.001, say.")
 
 
 def _check_counts(system: System) -> None:

@@ -60,7 +60,10 @@ LOOP = Loop(plant=PLANT, controller=LAW, hardware=Hardware(period=0.1))
         (lambda: Hardware(period=float("nan")), "positive time"),
         (lambda: Hardware(period=0.1, delay=-1.0), "delay"),
         (lambda: Hardware(period=0.1, delay=1e9), "remembers 1000 at most"),
-        (lambda: Hardware(delay=0.1), "only a controller that runs once a period"),
+        (
+            lambda: Loop(plant=PLANT, controller=LAW, hardware=Hardware(delay=0.1)),
+            "only a controller that runs once a period",
+        ),
         (lambda: Hardware(period=0.1, clock=Jitter(width=0.2)), "not shorter than the period"),
         (lambda: Hardware(period=0.1, end_stops=(EndStop(position="x", velocity="v"),) * 2), "one position has two"),
         (lambda: Guard(output=float("inf")), "finite number"),

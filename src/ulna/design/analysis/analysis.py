@@ -11,6 +11,7 @@ import sympy as sp
 from ulna.base import Status, UlnaError
 from ulna.design.analysis.answer import Answer, not_applicable
 from ulna.design.analysis.consistency import consistent
+from ulna.design.analysis.discrete_answers import discrete_answers
 from ulna.design.analysis.formula_answers import GROUPS, law_of_outputs, outputs_answered
 from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers, law_in_numbers, structure_answers
 from ulna.plants import PlantLike, as_plant
@@ -84,7 +85,7 @@ def analyse(
     groups: float = TOTAL,
     told: Callable[[Mapping[str, Answer]], None] | None = None,
 ) -> Analysis:
-    """Answer every question of docs/analysis.md for a plant.
+    """Answer every question of docs/analysis.md for a plant; in discrete time those on its linearisation.
 
     Args:
         system: the plant, or its name or file. Keys that begin with `observ` are about its measured outputs, all others
@@ -97,6 +98,9 @@ def analyse(
         NotAffineError: if the plant is not affine in its inputs, the one thing nothing can be said without.
     """
     system = as_plant(system)
+    if system.discrete:
+        point = equilibrium(system)
+        return Analysis(system=system, point=point, answers=discrete_answers(system, point))
     by, seen = controlled_part(system), measured_part(system)
     if [s.name for s in by.outputs] != [s.name for s in seen.outputs]:
         found = analyse(by, seconds=seconds, groups=groups, told=told)

@@ -20,8 +20,9 @@ from ulna.sim.continuous.run import run_continuous
 from ulna.sim.continuous.stiffness import APPROACH
 from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.continuous.yardstick import PASSES, misfits, powers_of_two
+from ulna.sim.ensemble import empty_figures
 from ulna.sim.figures import BAND, FIGURE_NAMES, output_figures
-from ulna.sim.inputs import Constant, Held, Input, Interpolated
+from ulna.sim.inputs import Constant, of_run
 from ulna.sim.metrics import output_metrics
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Ends, Figures, Paths, Record
@@ -80,7 +81,7 @@ def continuous_figures(asked: Request, settings: Engine, limits: Limits, record:
         lanes: Lanes = _LANES.get(
             system, (settings, limits, wanted), lambda: _compiled(system, settings, limits, figures=wanted)
         )
-    figures = _empty(asked)
+    figures = empty_figures(asked)
     runs = len(asked.starts.initial)
     paths = isinstance(record, Paths)
     if paths:
@@ -121,20 +122,6 @@ def _compiled(plant: System, settings: Engine, limits: Limits, *, figures: bool)
         readouts=to_numpy(kernel(f"outputs of {plant.name}", symbols, shown)),
         step=step,
     )
-
-
-def _empty(asked: Request) -> dict[str, Any]:
-    runs, outputs = len(asked.starts.initial), len(asked.system.outputs)
-    figures: dict[str, Any] = {name: np.full((runs, outputs), np.nan) for name in FIGURE_NAMES}
-    figures |= {
-        "input_names": (),
-        "peak_input": np.zeros((runs, 0)),
-        "rms_input": np.zeros((runs, 0)),
-        "code": np.zeros(runs, dtype=np.int8),
-        "end_time": np.full(runs, float(asked.times[-1])),
-        "final_state": np.empty_like(asked.starts.initial),
-    }
-    return figures
 
 
 def _held(asked: Request, chosen: slice) -> list[np.ndarray]:
@@ -272,7 +259,7 @@ def _single(
         system,
         starts.initial[run],
         times,
-        {**{name: _of_run(given, run) for name, given in starts.inputs.items()}, **own},
+        {**{name: of_run(given, run) for name, given in starts.inputs.items()}, **own},
         {p.name: float(starts.parameters[run, k]) for k, p in enumerate(system.parameters)},
         engine=settings,
         limits=limits,
@@ -292,10 +279,3 @@ def _single(
     for name, rows in figures.get("paths", {}).items():
         kept = min(len(trajectory.times), len(times))
         rows[run, :kept] = trajectory[name][:kept]
-
-
-def _of_run(given: Input, run: int) -> Input:
-    """Samples of each run's own: those of this run."""
-    if isinstance(given, Held | Interpolated) and given.values.ndim == 2:
-        return type(given).known(times=given.times, values=given.values[run])
-    return given

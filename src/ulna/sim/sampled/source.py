@@ -137,8 +137,9 @@ class _LoopWriter:
                 w.foreign(each)
             else:
                 w.work(each, counted="entered")
-        with w.block("if entered != 0:"):
-            w.work(made.entries)
+        if made.entries.outputs:
+            with w.block("if entered != 0:"):
+                w.work(made.entries)
         with w.block(f"if k % {PACED} == 0:"):
             w.work(made.pace)
         self._record()

@@ -25,9 +25,10 @@ def equation_latex(names: Sequence[sp.Symbol], expressions: sp.MatrixBase) -> st
     return f"$${sp.latex(sp.Matrix(list(names)))} = {expression_latex(expressions)}$$"
 
 
-def system_latex(rates: Mapping[str, sp.Expr], readouts: Mapping[str, sp.Expr]) -> str:
+def system_latex(rates: Mapping[str, sp.Expr], readouts: Mapping[str, sp.Expr], *, discrete: bool = False) -> str:
     """The equations of a system, one line each, in a display environment."""
-    lines = [rf"\dot{{{_name(n)}}} &= {expression_latex(e)}" for n, e in rates.items()]
+    left = "{}^{{+}}" if discrete else r"\dot{{{}}}"
+    lines = [rf"{left.format(_name(n))} &= {expression_latex(e)}" for n, e in rates.items()]
     lines += [rf"{_name(n)} &= {expression_latex(e)}" for n, e in readouts.items()]
     return r"$$\begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}$$"
 
