@@ -151,6 +151,7 @@ if TYPE_CHECKING:
     from ulna.system import Definition as Definition
     from ulna.system import Equilibria as Equilibria
     from ulna.system import Equilibrium as Equilibrium
+    from ulna.system import InputSubstitution as InputSubstitution
     from ulna.system import Linearisation as Linearisation
     from ulna.system import Parameter as Parameter
     from ulna.system import Signal as Signal
@@ -161,6 +162,7 @@ if TYPE_CHECKING:
     from ulna.system import equilibrium as equilibrium
     from ulna.system import linearise as linearise
     from ulna.system import read_system as read_system
+    from ulna.system import substitute_input as substitute_input
     from ulna.system import system_from_mapping as system_from_mapping
     from ulna.system import with_uses as with_uses
     from ulna.system import write_system as write_system
@@ -197,7 +199,8 @@ _HOME = {
         "ulna.sim.python_control": "from_control to_control",
         "ulna.system": """
             connect control_affine ControlAffine Definition equilibria Equilibria equilibrium Equilibrium
-            Linearisation linearise Parameter read_system Signal System system_from_mapping with_uses write_system""",
+            InputSubstitution Linearisation linearise Parameter read_system Signal substitute_input System
+            system_from_mapping with_uses write_system""",
     }.items()
     for name in names.split()
 }

@@ -7,6 +7,7 @@ from ulna.system.equilibrium_range import Equilibria, equilibria
 from ulna.system.equilibrium_search import equilibrium
 from ulna.system.file import read_system, write_system
 from ulna.system.holder import HasSystem, SystemLike, as_system
+from ulna.system.input_substitution import InputSubstitution, substitute_input
 from ulna.system.kalman_filter import KalmanFilter
 from ulna.system.linear_injection import LinearInjection
 from ulna.system.linearisation import Linearisation, linearise
@@ -25,6 +26,7 @@ __all__ = [
     "Equilibria",
     "Equilibrium",
     "HasSystem",
+    "InputSubstitution",
     "KalmanFilter",
     "LinearInjection",
     "Linearisation",
@@ -50,6 +52,7 @@ __all__ = [
     "newton",
     "read_system",
     "stand_ins",
+    "substitute_input",
     "system_from_mapping",
     "system_kernel",
     "system_to_mapping",

@@ -11,6 +11,7 @@ from ulna.base import NotAffineError, PlantError
 from ulna.symbolic.exact import is_zero
 from ulna.symbolic.formulas import formula, put_in
 from ulna.system.holder import SystemLike, as_system
+from ulna.system.input_substitution import substitute_input
 from ulna.system.system import System
 
 
@@ -115,5 +116,15 @@ def _require_free_of_inputs(
     raise NotAffineError(
         f"equation of state '{state}' in '{system.name}'",
         f"the term {shown} is not affine in the input {', '.join(s.name for s in involved)}.",
-        "Make that input a state and its derivative the new input (an integrator in front of it).",
+        f"{_offer(system)}ake that input a state and its derivative the new input (an integrator in front of it).",
     )
+
+
+def _offer(system: System) -> str:
+    """The substitution that would do, where there is one, and how the other way out begins."""
+    try:
+        found = substitute_input(system)
+    except NotAffineError:
+        return "M"
+    told = ", ".join(f"{formula(phi)} the input" for phi in found.meaning.values())
+    return f"`ulna.substitute_input(plant)` makes {told} and `undo` turns the law back; or m"
