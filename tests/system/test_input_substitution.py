@@ -57,3 +57,10 @@ def test_the_branch_follows_from_the_range(entry, signal, expected):
 def test_what_has_no_single_branch_or_function_is_refused(entry):
     with pytest.raises(NotAffineError, match="Declare its range"):
         substitute_input(plant({"z": f"-z + {entry}"}, {"d": {}}))
+
+
+def test_the_refusal_of_a_plant_that_is_not_affine_offers_what_helps_and_nothing_else():
+    with pytest.raises(NotAffineError, match=r"`ulna.substitute_input\(plant\)` makes tan\(d\) the input"):
+        control_affine(plant({"z": "-z + tan(d)"}, {"d": {}}))
+    with pytest.raises(NotAffineError, match="Make that input a state"):
+        control_affine(plant({"z": "v*tan(d)"}, {"d": {}, "v": {}}))

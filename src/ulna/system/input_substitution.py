@@ -98,9 +98,13 @@ def _through(system: System, rates: list[sp.Expr], signal: Signal) -> sp.Expr:
     for phi in sorted(found, key=sp.count_ops):
         mark = sp.Dummy(real=True)
         marked = [r.xreplace({phi: mark}) for r in rates]
-        if all(not r.has(u) and not r.diff(mark).has(mark) for r in marked):
+        if all(not r.has(u) and not r.diff(mark).has(mark, *system.input_symbols) for r in marked):
             return phi
-    raise _open(system, signal, "enters through more than one function of it, or of it and the states together")
+    raise _open(
+        system,
+        signal,
+        "enters through more than one function of it, or of it and the states together, or multiplied by another input",
+    )
 
 
 def _inverse(system: System, signal: Signal, phi: sp.Expr, v: sp.Symbol) -> sp.Expr:
@@ -133,14 +137,10 @@ def _solved(equation: sp.Expr, u: sp.Symbol) -> list[sp.Expr]:
 def _range(signal: Signal, phi: sp.Expr) -> tuple[float, float]:
     """Where the input is: its declared range; without one a turn's quarter about zero for angles, else both signs."""
     usual = (-1.5, 1.5) if phi.has(sp.sin, sp.tan) else (0.01, 3.1) if phi.has(sp.cos) else (-3.0, 3.0)
-    low = (
-        float(signal.lower)
-        if signal.lower is not None
-        else usual[0]
-        if signal.upper is None
-        else float(signal.upper) - 3
-    )
-    high = float(signal.upper) if signal.upper is not None else usual[1] if signal.lower is None else low + 3
+    sides = (signal.lower, signal.upper)
+    lower, upper = (None if side is None else float(side) for side in sides)
+    low = lower if lower is not None else usual[0] if upper is None else upper - 3
+    high = upper if upper is not None else usual[1] if lower is None else low + 3
     return low, high
 
 
