@@ -1,3 +1,6 @@
+import copy
+import pickle
+
 import pytest
 
 from ulna.base import Status, UlnaError, Verdict, all_of
@@ -8,6 +11,14 @@ from ulna.design import Answer
 def test_a_verdict_refuses_to_be_a_bool_and_says_what_to_ask(status):
     with pytest.raises(UlnaError, match=rf"'a': it is {status}.*Ask \.holds"):
         bool(Verdict(claim="a", status=status))
+
+
+def test_a_verdict_is_pickled_and_copied_and_stays_read_only():
+    verdict = Verdict.refuted("a", number=3)
+    for again in (pickle.loads(pickle.dumps(verdict)), copy.deepcopy(verdict)):  # noqa: S301 - our own bytes
+        assert again == verdict
+        with pytest.raises(TypeError):
+            again.evidence["number"] = 4
 
 
 def test_an_answer_of_an_analysis_refuses_as_well():

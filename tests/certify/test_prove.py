@@ -303,3 +303,9 @@ def test_text_in_a_certificate_is_data(proved: Verdict, tmp_path: Path) -> None:
     answer = check(replace(certificate, rates=(evil, *certificate.rates[1:])))
     assert answer.fails
     assert not (tmp_path / "owned").exists()
+
+
+def test_a_loop_of_difference_equations_is_refused() -> None:
+    given = {"name": "filter", "time": "discrete", "period": 0.1, "states": {"x": "x/2"}, "outputs": {"y": "x"}}
+    with pytest.raises(CertifyError, match="difference equations"):
+        prove(Loop(plant=system_from_mapping(given), controller=None), Region())

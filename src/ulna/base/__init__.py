@@ -1,5 +1,6 @@
 """Errors, verdicts, array axis names, units: what every other package may use."""
 
+import ulna.base.read_only  # noqa: F401 - values are pickled
 from ulna.base.errors import (
     DesignError,
     FormulaError,

@@ -78,6 +78,12 @@ def limited_loop(loop: Loop, inputs: Mapping[str, Any]) -> Limited:
             f"limits of '{loop.plant.name}'", "no controller commands what they limit.", "Give a controller."
         )
     system = loop.system
+    if system.discrete:
+        raise CertifyError(
+            f"a proof for the loop of '{loop.plant.name}'",
+            "it is a system of difference equations, for which there is no theorem here yet.",
+            "Ask `linearise(...)` for its poles: with |λ| < 1 it is stable near its rest point.",
+        )
     missing = [p.name for p in system.parameters if p.value is None]
     if missing:
         raise CertifyError(
