@@ -1,5 +1,6 @@
 import copy
 import pickle
+from types import MappingProxyType
 
 import pytest
 
@@ -17,8 +18,7 @@ def test_a_verdict_is_pickled_and_copied_and_stays_read_only():
     verdict = Verdict.refuted("a", number=3)
     for again in (pickle.loads(pickle.dumps(verdict)), copy.deepcopy(verdict)):  # noqa: S301 - our own bytes
         assert again == verdict
-        with pytest.raises(TypeError):
-            again.evidence["number"] = 4
+        assert isinstance(again.evidence, MappingProxyType)
 
 
 def test_an_answer_of_an_analysis_refuses_as_well():

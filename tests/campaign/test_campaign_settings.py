@@ -66,6 +66,8 @@ def test_a_loop_with_any_controller_reads_back_with_the_same_formulas(kind: str)
     read = from_text(to_text(loop))
     one, other = loop.parts, read.parts
     assert one is not None
+    assert one.law is not None
+    assert other.law is not None
     for a, b in ((one.system, other.system), (one.law, other.law)):
         assert _values_at_random(b, 1) == pytest.approx(_values_at_random(a, 1), rel=1e-12)
     assert type(other.observer) is type(one.observer)

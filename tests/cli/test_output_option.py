@@ -44,6 +44,7 @@ def test_a_law_for_one_output_and_an_observer_of_another() -> None:
     made = ulna.controller_for(plant, law=POLES, observer=[-5, -6, -7, -8], controlled=["q"], measured=["p"])
     assert made.law is not None
     assert made.observer is not None
+    assert made.law.form is not None
     assert [s.name for s in made.law.form.system.outputs] == ["q"]
     assert {s.name for s in made.system.inputs} == {"p"}
     # The loop as a whole has the poles of both: separation.
