@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     from ulna.design import extended_kalman_filter as extended_kalman_filter
     from ulna.design import extended_law as extended_law
     from ulna.design import flat_output as flat_output
+    from ulna.design import gain_schedule as gain_schedule
     from ulna.design import high_gain_observer as high_gain_observer
     from ulna.design import injected_observer as injected_observer
     from ulna.design import input_output_form as input_output_form
@@ -179,7 +180,7 @@ _HOME = {
         "ulna.design": """
             AbstractGainRule analyse Analysis Answer Bandwidth close_loop Compensator compensator Controller
             controller_for controller_form dynamic_extension exact_observer extended_kalman_filter extended_law
-            flat_output high_gain_observer HighGain injected_observer input_output_form KalmanNoise Law
+            flat_output gain_schedule high_gain_observer HighGain injected_observer input_output_form KalmanNoise Law
             LinearisingForm LinearQuadratic local_law local_observer Method normal_form Observer observer_form
             ObserverForm Poles Regulate SetPoint state_feedback state_linearisation Track
             transformed_observer_form zero_dynamics""",

@@ -17,7 +17,7 @@ from ulna.system.schema import system_from_mapping, system_to_mapping
 from ulna.system.signal import Definition, Parameter, Signal, to_si
 from ulna.system.system import System
 from ulna.system.uses import controlled_part, measured_part, with_uses
-from ulna.system.zeros import Zeros, newton
+from ulna.system.zeros import Zeros, decimal_root, newton
 
 __all__ = [
     "NON_SMOOTH",
@@ -42,6 +42,7 @@ __all__ = [
     "connect",
     "control_affine",
     "controlled_part",
+    "decimal_root",
     "equilibria",
     "equilibrium",
     "equilibrium_in_numbers",

@@ -10,4 +10,5 @@ from ulna.design.control.offset import PermanentOffset, permanent_offset
 from ulna.design.control.output_feedback import Compensator, close_loop, compensator
 from ulna.design.control.reference import AbstractReference, Regulate, SetPoint, Track
 from ulna.design.control.sampled_stability import sampled_grid, sampling_advice
+from ulna.design.control.schedule import gain_schedule
 from ulna.design.control.singular_perturbation import SETTLED, ReducedOrder, reduced_order

@@ -55,9 +55,9 @@ def local_law(
         raise DesignError(asked, f"it cannot follow {type(reference).__name__}().", hint)
     require_stabilisable(split(as_numbers(linear.A), as_numbers(linear.B), linear.names), asked)
     held = _held(linear, asked) if integral or isinstance(reference, SetPoint) else ()
-    signals = tuple(_reference_of(linear.system.outputs[k]) for k in (held if isinstance(reference, SetPoint) else ()))
+    signals = tuple(reference_of(linear.system.outputs[k]) for k in (held if isinstance(reference, SetPoint) else ()))
     memories = tuple(Signal(name=f"e{i + 1}_int", text="integral of the error") for i in range(len(held) * integral))
-    A, B = _with_integrals(linear, held if integral else ())
+    A, B = with_integrals(linear, held if integral else ())
     K = gain_rule(gains).feedback(A, B, [*(s.name for s in memories), *linear.names], asked)
     return _law(linear, (A, B, K), held, signals, memories)
 
@@ -115,13 +115,12 @@ def _held(linear: LinearPlant, asked: str) -> tuple[int, ...]:
     return held
 
 
-def _reference_of(output: Signal) -> Signal:
+def reference_of(output: Signal) -> Signal:
+    """The input of a law that is the set point of an output."""
     return Signal(name=f"{output.name}_ref", unit=output.unit, text=f"reference of {output.text or output.name}")
 
 
-def _with_integrals(
-    linear: LinearPlant, held: Sequence[int]
-) -> tuple[sp.ImmutableDenseMatrix, sp.ImmutableDenseMatrix]:
+def with_integrals(linear: LinearPlant, held: Sequence[int]) -> tuple[sp.ImmutableDenseMatrix, sp.ImmutableDenseMatrix]:
     """A and B with the integrals of held outputs in front."""
     q, rows = len(held), list(held)
     n, m = linear.B.shape
