@@ -69,7 +69,12 @@ def simplest_function_of(value: Expr, coordinates: Sequence[Symbol], *, near: Ma
 
 
 def without_offset(value: Expr, near: Mapping[Symbol, Expr]) -> Expr:
-    """T − T(point) where T is finite at the point."""
+    """T − T(point) where T is finite at the point, T itself where the point of its coordinates hangs on parameters.
+
+    A constant of parameters would make a longer function, which says no more.
+    """
+    if any(near[x].free_symbols for x in near.keys() & value.free_symbols):
+        return value
     offset = attempt(_SECONDS, "value at the point", value.subs, list(near.items())).value
     return value - offset if offset is not None and offset.is_finite else value
 
@@ -219,8 +224,12 @@ def _is_real(number: Expr | None) -> bool:
 
 
 def _number(value: Expr, point: Mapping[Symbol, Expr]) -> Expr | None:
-    """The value to 15 digits, parameters at distinct positive numbers; None if it cannot be computed."""
-    parameters = sorted(value.free_symbols - set(point), key=str)
+    """The value to 15 digits, parameters at distinct positive numbers; None if it cannot be computed.
+
+    The parameters of the point count too: at an equilibrium q = 1/Ki not even q is a number without them.
+    """
+    of_point = set[Symbol]().union(*(w.free_symbols for w in point.values()))
+    parameters = sorted((value.free_symbols | of_point) - set(point), key=str)
     numbers = {p: Rational(7 + 3 * k, 5 + 2 * k) for k, p in enumerate(parameters)}
-    found = attempt(_SECONDS, "a value", lambda: value.subs({**point, **numbers}).evalf(15, chop=True))
+    found = attempt(_SECONDS, "a value", lambda: value.subs(list(point.items())).subs(numbers).evalf(15, chop=True))
     return found.value

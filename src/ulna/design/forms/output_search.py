@@ -238,7 +238,8 @@ class _Search:
             if self._constant_along(function, span):
                 yield function, origin
         for near in self._base_points():
-            where = equilibrium_in_numbers(view.system).where | dict(near)
+            numbers = equilibrium_in_numbers(view.system).where
+            where = numbers | {x: value.xreplace(numbers) for x, value in near.items()}
             for function in self._integrated(span, near):
                 turned = defined_near(function, where)
                 yield (turned if self._constant_along(turned, span) else function), "integration"
