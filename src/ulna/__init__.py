@@ -82,6 +82,7 @@ if TYPE_CHECKING:
     from ulna.design import observer_form as observer_form
     from ulna.design import state_feedback as state_feedback
     from ulna.design import state_linearisation as state_linearisation
+    from ulna.design import swing_up as swing_up
     from ulna.design import transformed_observer_form as transformed_observer_form
     from ulna.design import zero_dynamics as zero_dynamics
     from ulna.geometry import Diffeomorphism as Diffeomorphism
@@ -182,7 +183,7 @@ _HOME = {
             controller_for controller_form dynamic_extension exact_observer extended_kalman_filter extended_law
             flat_output gain_schedule high_gain_observer HighGain injected_observer input_output_form KalmanNoise Law
             LinearisingForm LinearQuadratic local_law local_observer Method normal_form Observer observer_form
-            ObserverForm Poles Regulate SetPoint state_feedback state_linearisation Track
+            ObserverForm Poles Regulate SetPoint state_feedback state_linearisation swing_up Track
             transformed_observer_form zero_dynamics""",
         "ulna.geometry": """
             accessibility accessible_decomposition Diffeomorphism Distribution distribution first_integrals

@@ -29,6 +29,7 @@ from ulna.design.control import (
     sampled_grid,
     sampling_advice,
     state_feedback,
+    swing_up,
 )
 from ulna.design.controller import Controller, controller_for
 from ulna.design.forms import (
@@ -137,6 +138,7 @@ __all__ = [
     "sampling_advice",
     "state_feedback",
     "state_linearisation",
+    "swing_up",
     "transformed_observer_form",
     "with_disturbance",
     "zero_dynamics",

@@ -12,3 +12,4 @@ from ulna.design.control.reference import AbstractReference, Regulate, SetPoint,
 from ulna.design.control.sampled_stability import sampled_grid, sampling_advice
 from ulna.design.control.schedule import gain_schedule
 from ulna.design.control.singular_perturbation import SETTLED, ReducedOrder, reduced_order
+from ulna.design.control.swing_up import swing_up
