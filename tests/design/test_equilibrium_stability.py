@@ -217,4 +217,4 @@ def test_a_steady_drift_is_named_as_the_reason_for_no_equilibrium():
     system = system_from_mapping({"format": 1, "name": "drift", "states": {"x1": "-x1", "x2": "-1/2"}})
     found = equilibrium_stability(system)
     assert found.stability == "undecided"
-    assert "x2' = -1/2" in str(found.verdict.evidence["reason"])
+    assert "x2 has the rate -1/2" in str(found.verdict.evidence["reason"])

@@ -29,6 +29,7 @@ KEYS = (
     "full_state_linearizable",
     "observability_rank",
     "observability_rank_at_point",
+    "observability_rank_without_inputs",
 )
 
 
@@ -133,6 +134,10 @@ def test_both_roads_answer_alike(plant):
     system = system_from_mapping(plant)
     symbolic, numeric = analyse(system), answers_in_numbers(system, KEYS)
     for key in KEYS:
+        if key.startswith("observability_rank") and numeric[key].value is None:
+            # Numbers see the drift alone: without a full rank they leave open what inputs add.
+            assert system.inputs
+            continue
         assert numeric[key].value == symbolic[key].value, key
         # A full rank at one point is a proof, a degree with the graph; all else is sampled.
         full = symbolic[key].value == len(system.states) or "dims" in key or key == "relative_degree"

@@ -16,7 +16,8 @@ ANALYSIS_KEYS = {
     "relative_degree", "relative_degree_at_point", "decoupling_matrix", "singular_set", "controllability_rank",
     "controllability_rank_at_point", "distribution_dims", "involutive", "full_state_linearizable",
     "linearizable_at_point", "state_linearizable", "linearizing_outputs", "T", "inverse", "control", "q_closed",
-    "integrating_factor", "observability_rank", "observability_rank_at_point", "observer_form", "observer_T",
+    "integrating_factor", "accessibility_rank", "observability_rank_without_inputs", "observability_rank",
+    "observability_rank_at_point", "observer_form", "observer_T",
     "observer_injection", "observer_form_output_transform", "output_transform", "zero_dynamics", "minimum_phase",
     "dynamic_extension",
 }  # fmt: skip

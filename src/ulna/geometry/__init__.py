@@ -28,8 +28,8 @@ from ulna.geometry.lie import (
     lie_derivative_of_covector,
 )
 from ulna.geometry.numeric import NumericRank, NumericStructure, degrees_in_numbers, numeric_structure
+from ulna.geometry.observables import ObservationSpace, observation_space
 from ulna.geometry.observation import Observability, differentials, observability
-from ulna.geometry.observation_space import ObservationSpace, observation_space
 from ulna.geometry.oneform import OneForm, closed, exterior_derivative, frobenius, one_form
 from ulna.geometry.plant_in_numbers import structure_in_numbers
 

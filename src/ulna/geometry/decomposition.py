@@ -17,8 +17,8 @@ from ulna.geometry.coordinates import Diffeomorphism, diffeomorphism, new_symbol
 from ulna.geometry.distributions import Distribution, distribution
 from ulna.geometry.leaves import first_integrals
 from ulna.geometry.lie import lie_bracket, lie_derivative
+from ulna.geometry.observables import observation_space
 from ulna.geometry.observation import differentials
-from ulna.geometry.observation_space import observation_space
 from ulna.geometry.smoothness import require_smooth
 from ulna.symbolic.exact import SampledZero, attempt, generic_rank, is_zero, tidy
 from ulna.system import ControlAffine, System, control_affine, equilibrium

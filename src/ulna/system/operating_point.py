@@ -278,7 +278,9 @@ def _reached(
         left, rest = attempt(_SECONDS, "elimination", reduced, equations, unknowns, {}).value or (left, rest)
     sought = [u for u in unknowns if u not in rest]
     start = np.array([float(point[u]) for u in sought])
-    reached = reached_points(left, sought, start, [ranges[u] for u in sought]) if sought else np.zeros((not left, 0))
+    reached = (
+        reached_points(left, sought, start, [ranges[u] for u in sought]) if sought else np.zeros((int(not left), 0))
+    )
     places = [dict(zip(sought, map(sp.Float, p), strict=True)) for p in reached]
     whole = [place | {u: sp.N(put_in(e, place)) for u, e in rest.items()} for place in places]
     whole = [p for p in whole if all(v.is_real and v.is_finite for v in p.values())]
