@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
+from typing import Any
 
 import pytest
 import sympy as sp
 
+from ulna.base import Verdict
+from ulna.design.forms import output_search
 from ulna.design.forms.output_search import linearising_outputs
+from ulna.geometry import integrate
 from ulna.system import system_from_mapping
 
 PLANTS = {
@@ -56,3 +61,17 @@ def test_a_free_point_hides_no_output(name: str) -> None:
     x = found.linearisability.accessibility.view.x
     slopes = sp.Matrix([[h.diff(c) for c in x] for h in (found.functions[0], wanted)])
     assert sp.simplify(slopes.det()) == 0  # one is a function of the other
+
+
+@pytest.mark.parametrize(("tried", "said"), [("out of time after 4 s", True), ("closed", False)])
+def test_a_search_given_up_for_lack_of_time_says_so(monkeypatch: pytest.MonkeyPatch, tried: str, said: bool) -> None:
+    def nothing(*arguments: Any, **keywords: Any) -> Any:
+        verdict = Verdict.undecided("an integral is known", tried=(tried,))
+        return replace(integrate(*arguments, **keywords), value=None, verdict=verdict)
+
+    output_search._linearising_outputs.cache_clear()
+    monkeypatch.setattr(output_search, "integrate", nothing)
+    text = PLANTS["square law under PI control"][0].replace("Kp = {", "Kx = {value=3}, Kp = {")
+    found = linearising_outputs(system_from_mapping(tomllib.loads(text)))
+    assert found.functions is None
+    assert ("out of time" in found.verdict.evidence.get("reason", "")) == said

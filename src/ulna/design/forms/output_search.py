@@ -9,7 +9,7 @@ then the distribution is integrated.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import sympy as sp
@@ -94,7 +94,9 @@ def _linearising_outputs(system: System) -> LinearisingOutputs:
     search = _Search(found=conditions.accessibility, regular=regular)
     chosen = search.run(conditions.indices)
     if chosen is None:
-        return _none(conditions, Verdict.undecided(claim, tried="given outputs, states, integration of the G_i"))
+        tried = "given outputs, states, integration of the G_i"
+        evidence = {"reason": "out of time: --seconds or ULNA_PATIENCE gives more"} if search.given_up else {}
+        return _none(conditions, Verdict.undecided(claim, tried=tried, **evidence))
     chosen = _in_given_order(chosen, conditions.accessibility)
     functions = tuple(function for function, _ in chosen)
     relative = relative_degree_of(functions, conditions.accessibility.view)
@@ -182,10 +184,14 @@ def _none(conditions: Linearisability, verdict: Verdict) -> LinearisingOutputs:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Search:
-    """The search down the controllability indices; `regular` if the operating point is a regular one."""
+    """The search down the controllability indices; `regular` if the operating point is a regular one.
+
+    `given_up` names the steps that ended for lack of time.
+    """
 
     found: Accessibility
     regular: bool
+    given_up: list[str] = field(default_factory=list)
 
     def run(self, indices: tuple[int, ...]) -> list[tuple[sp.Expr, str]] | None:
         chosen: list[tuple[sp.Expr, str]] = []
@@ -257,11 +263,19 @@ class _Search:
         if len(span.fields) == len(x) - 1:
             kernel = null_space(span.matrix.T)
             hints = [self.found.singular] if self.found.singular is not None else []
-            value = integrate(one_form(kernel[0], x), hints, near=near, seconds=_SECONDS).value
-            if value is not None:
-                yield value
+            integral = integrate(one_form(kernel[0], x), hints, near=near, seconds=_SECONDS)
+            self._note_time(integral.verdict)
+            if integral.value is not None:
+                yield integral.value
             return
-        yield from first_integrals(span, near=near, seconds=_SECONDS).found
+        integrals = first_integrals(span, near=near, seconds=_SECONDS)
+        self._note_time(integrals.verdict)
+        yield from integrals.found
+
+    def _note_time(self, verdict: Verdict) -> None:
+        tried = verdict.evidence.get("tried", ())
+        steps = ((tried,) if isinstance(tried, str) else tuple(tried)) + (verdict.evidence.get("reason", ""),)
+        self.given_up.extend(step for step in steps if "out of time" in step or "no answer within" in step)
 
     def _constant_along(self, function: sp.Expr, span: Distribution) -> bool:
         x = self.found.view.x
