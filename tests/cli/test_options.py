@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from ulna.cli import analyse, design, simulate, sweep
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import DesignOptions, HardwareOptions, PlantOptions, RunOptions
+from ulna.cli.wording import in_terminal_words
 
 COMMANDS = {
     analyse.analyse: (PlantOptions,),
@@ -77,3 +78,8 @@ def test_python_in_a_message_is_noticed():
     ):
         assert python_words(message)
     assert python_words("--vary 'm2=uniform(0,5)', --set \"m2=4\": T(x), [g, ad_f g], atan2(y, x), sin(t)") == []
+
+
+def test_forms_are_named_by_their_options():
+    told = in_terminal_words("Try `dynamic_extension`. Dynamic extension cannot help; try `input_output_form`.")
+    assert told == "Add --extend. Dynamic extension cannot help; try --input-output."

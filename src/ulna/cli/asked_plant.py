@@ -12,7 +12,7 @@ from ulna.cli.typed_values import known_name, named_values, quantity, typed_list
 if TYPE_CHECKING:
     import sympy as sp
 
-    from ulna.system import Parameter, System
+    from ulna.system import Parameter, Signal, System
 
 
 def plant_of(options: PlantOptions) -> System:
@@ -53,15 +53,22 @@ def parameter_values(system: System, entries: Sequence[str], *, also: Sequence[P
     Raises:
         UlnaError: unknown names, values out of the range that the file gives.
     """
-    from ulna.system import to_si
-
     known = {p.name: p for p in (*also, *system.parameters)}
     values = {}
     for name, text, asked in named_values(entries, "--set"):
         parameter = known[known_name(name, list(known), asked, "parameter")]
-        values[name] = value = quantity(text, asked, unit=unit_in(system, parameter))
-        for bound, beyond in ((parameter.lower, -1), (parameter.upper, 1)):
-            if bound is not None and beyond * (value - to_si(bound, parameter.unit)) > 0:
-                given = f"[{parameter.lower}, {parameter.upper}] {parameter.unit}".strip()
-                raise SimulationError(asked, f"its range is {given}.", "Choose a value in it, or widen it in the file.")
+        values[name] = quantity(text, asked, unit=unit_in(system, parameter))
+        require_in_range(parameter, values[name], asked)
     return values
+
+
+def require_in_range(item: Signal | Parameter, value: sp.Expr | float, asked: str) -> None:
+    """Refuse a value outside the range that the plant declares for it.
+
+    Raises:
+        SimulationError: with the value and the range.
+    """
+    from ulna.system import STAY_INSIDE, out_of_range
+
+    if found := out_of_range(item, value):
+        raise SimulationError(asked, found, STAY_INSIDE)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ulna.base import PlantError, SimulationError
 from ulna.cli.asked_controller import designed, require_consistent
 from ulna.cli.asked_hardware import hardware_of, require_period
-from ulna.cli.asked_plant import parameter_values
+from ulna.cli.asked_plant import parameter_values, require_in_range
 from ulna.cli.options import DesignOptions, Discretisation, Engine, HardwareOptions, PlantOptions, RunOptions
 from ulna.cli.typed_values import formula_of_time, known_name, named_values, quantity, typed_list, unit_in
 
@@ -89,7 +89,7 @@ def run_of(
     loop = Loop(plant=body, controller=controller, hardware=_hardware(body, controller, hardware))
     return Run(
         loop=loop,
-        initial=_initial(loop, controller, run),
+        initial=_initial(loop, controller, run, varied or ()),
         inputs=_inputs(loop, run, [s.name for s in loop.references] if open_references else varied or ()),
         parameters={name: float(value) for name, value in values.items()},
         engine=_engine(run),
@@ -171,7 +171,9 @@ def _hardware(
     )
 
 
-def _initial(loop: Loop, controller: Controller | ExtendedLaw | System | None, run: RunOptions) -> dict[str, float]:
+def _initial(
+    loop: Loop, controller: Controller | ExtendedLaw | System | None, run: RunOptions, varied: Collection[str]
+) -> dict[str, float]:
     """Where the run starts: what is typed, else the operating points of the files, else zero."""
     from ulna.system import System
 
@@ -186,6 +188,10 @@ def _initial(loop: Loop, controller: Controller | ExtendedLaw | System | None, r
         known_name(name, list(signals), asked, "state")
         number = float(quantity(value, asked, unit=unit_in(loop.plant, signals[name])))
         (plant if name in plant else memory)[name] = number
+        if name in plant:
+            require_in_range(signals[name], number, asked)
+    for name in (each for each in plant if each not in varied):
+        require_in_range(signals[name], plant[name], f"no --initial {name}=…")
     if loop.sampled:
         return memory | plant
     # The states of the loop are those of the plant, then of the controller; a name that both have is prefixed there.
@@ -243,7 +249,9 @@ def _inputs(loop: Loop, run: RunOptions, varied: Collection[str]) -> dict[str, f
     found: dict[str, float | sp.Expr] = {}
     for name, text, asked in named_values(run.inputs, "--input"):
         known_name(name, list(free), asked, "input")
-        found[name] = formula_of_time(text, asked, unit=unit_in(loop.plant, free[name]))
+        found[name] = value = formula_of_time(text, asked, unit=unit_in(loop.plant, free[name]))
+        if isinstance(value, float):
+            require_in_range(free[name], value, asked)
     for name, text, asked in named_values(run.reference, "--reference"):
         known = [each.removesuffix("_ref") for each in references if not _DERIVATIVE.search(each)]
         if not known:

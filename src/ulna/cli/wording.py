@@ -22,6 +22,8 @@ _WORDS: tuple[tuple[str, str], ...] = (
     (rf"EndStop\(restitution={_NUMBER}\)", r"--stop, the rebound \1"),
     # Design.
     (r"Give method=Method\.INPUT_OUTPUT to", "Add --input-output to"),
+    (r"Try `dynamic_extension`\.", "Add --extend."),
+    (r"([Tt]ry|Use) `input_output_form`", r"\1 --input-output"),
     (r"`analyse`", "`ulna analyse`"),
     # Sweeps.
     (r"Narrow them: .*", "Narrow them: uniform(0,5), normal(1,0.1,0.5,1.5)."),

@@ -11,6 +11,7 @@ import numpy as np
 
 from ulna.base import SimulationError
 from ulna.loop import Loop
+from ulna.sim.given_ranges import check_ranges
 from ulna.sim.inputs import Constant, Input, as_input
 from ulna.sim.parameters import default_row, default_values
 from ulna.sim.starts import Request, Starts
@@ -95,7 +96,9 @@ def continuous_run(
         SimulationError: see `simulate`.
     """
     state = _one_state(system, _known_states(system, loop, initial))
-    return state, times, _driven(system.name, system.inputs, inputs, times), parameters
+    driven = _driven(system.name, system.inputs, inputs, times)
+    check_ranges(system, loop, state, driven, parameters or {})
+    return state, times, driven, parameters
 
 
 def request(
@@ -120,6 +123,10 @@ def request(
     states, memory = _states(system, loop if sampled else None, _known_states(system, loop, initial), count)
     shared, each = _split(system, loop if sampled else None, inputs or {}, runs, times)
     plant, controller = _parameters(system, loop if sampled else None, parameters or {}, count)
+    names = [p.name for p in system.parameters]
+    check_ranges(
+        system, loop, states, {**shared, **each}, {n: plant[:, names.index(n)] for n in parameters or {} if n in names}
+    )
     return Request(
         system=system,
         times=times,

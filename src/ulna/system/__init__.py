@@ -12,6 +12,7 @@ from ulna.system.kalman_filter import KalmanFilter
 from ulna.system.linear_injection import LinearInjection
 from ulna.system.linearisation import Linearisation, linearise
 from ulna.system.operating_point import equilibrium_in_numbers, given_point, known_signs, stand_ins
+from ulna.system.ranges import STAY_INSIDE, declared_range, out_of_range
 from ulna.system.right_hand_side import SystemKernel, system_kernel
 from ulna.system.schema import system_from_mapping, system_to_mapping
 from ulna.system.signal import Definition, Parameter, Signal, to_si
@@ -21,6 +22,7 @@ from ulna.system.zeros import Zeros, decimal_root, newton
 
 __all__ = [
     "NON_SMOOTH",
+    "STAY_INSIDE",
     "ControlAffine",
     "Definition",
     "Equilibria",
@@ -43,6 +45,7 @@ __all__ = [
     "control_affine",
     "controlled_part",
     "decimal_root",
+    "declared_range",
     "equilibria",
     "equilibrium",
     "equilibrium_in_numbers",
@@ -51,6 +54,7 @@ __all__ = [
     "linearise",
     "measured_part",
     "newton",
+    "out_of_range",
     "read_system",
     "stand_ins",
     "substitute_input",

@@ -17,7 +17,7 @@ from ulna.campaign.plans import Plan, seeds
 from ulna.campaign.runs.measures import Measures
 from ulna.loop import Loop
 from ulna.sim import Constant, FixedSteps, Implicit, Taylor, as_input
-from ulna.system import System, to_si
+from ulna.system import STAY_INSIDE, System, declared_range, out_of_range
 
 RESULT_COLUMNS = ("run", "outcome", "settled", "end_time")
 """Names that no varied quantity may bear."""
@@ -69,11 +69,7 @@ class Experiment:
         object.__setattr__(self, "inputs", {name: as_input(name, v, times) for name, v in self.inputs.items()})
         _check_hardware(self)
         self._check_names()
-        for name in self.plan.names:
-            if self.role(name) is Role.PARAMETER:
-                self._check_bounds(name, *self.plan.support(name))
-        for name, value in self.parameters.items():
-            self._check_bounds(name, value, value)
+        self._check_ranges()
         _check_valued(self)
 
     @property
@@ -193,18 +189,29 @@ class Experiment:
                     f"target '{given}' of '{name}'", "it changes with time.", "Give the number that it ends at."
                 )
 
-    def _check_bounds(self, name: str, low: float, high: float) -> None:
-        parameter = next((p for p in self.system.parameters if p.name == name), None)
-        if parameter is None:
-            return
-        least = -math.inf if parameter.lower is None else float(to_si(parameter.lower, parameter.unit))
-        most = math.inf if parameter.upper is None else float(to_si(parameter.upper, parameter.unit))
-        if low < least or high > most:
-            raise CampaignError(
-                f"values of parameter '{name}' of '{self.system.name}'",
-                f"they reach from {low:g} to {high:g}, its range is [{least:g}, {most:g}] in SI.",
-                "Narrow them: Uniform(low=..., high=...), Normal(..., low=..., high=...).",
-            )
+    def _check_ranges(self) -> None:
+        """Refuse what varies, or is given once, outside the range that the plant declares for it."""
+        plant, system = self.loop.plant, self.system
+        inputs = {n: given.value for n, given in self.inputs.items() if isinstance(given, Constant)}
+        starts = {s.name: self.initial.get(s.name, 0.0) for s in system.states[: len(plant.states)]}
+        for role, items, given in (
+            (Role.INITIAL, system.states[: len(plant.states)], starts),
+            (Role.PARAMETER, system.parameters, self.parameters),
+            (Role.INPUT, system.inputs, inputs),
+        ):
+            for item in items:
+                varied = item.name in self.plan.names and self.role(item.name) is role
+                asked = f"{role.value} '{item.name}' of '{system.name}'"
+                if varied and out_of_range(item, self.plan.support(item.name)):
+                    low, high = self.plan.support(item.name)
+                    least, most = declared_range(item) or (-math.inf, math.inf)
+                    raise CampaignError(
+                        f"values of {asked}",
+                        f"they reach from {low:g} to {high:g}, its range is [{least:g}, {most:g}] in SI.",
+                        "Narrow them: Uniform(low=..., high=...), Normal(..., low=..., high=...).",
+                    )
+                if not varied and item.name in given and (found := out_of_range(item, given[item.name])):
+                    raise CampaignError(asked, found, STAY_INSIDE)
 
 
 def _rows(given: Any, first: int, last: int) -> Any:
