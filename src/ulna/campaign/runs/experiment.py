@@ -193,7 +193,8 @@ class Experiment:
         """Refuse what varies, or is given once, outside the range that the plant declares for it."""
         plant, system = self.loop.plant, self.system
         inputs = {n: given.value for n, given in self.inputs.items() if isinstance(given, Constant)}
-        starts = {s.name: self.initial.get(s.name, 0.0) for s in system.states[: len(plant.states)]}
+        fixed = [s.name for s in system.states[: len(plant.states)] if s.name not in self.plan.names]
+        starts = dict.fromkeys(fixed, 0.0) | dict(self.initial)
         for role, items, given in (
             (Role.INITIAL, system.states[: len(plant.states)], starts),
             (Role.PARAMETER, system.parameters, self.parameters),
@@ -210,7 +211,7 @@ class Experiment:
                         f"they reach from {low:g} to {high:g}, its range is [{least:g}, {most:g}] in SI.",
                         "Narrow them: Uniform(low=..., high=...), Normal(..., low=..., high=...).",
                     )
-                if not varied and item.name in given and (found := out_of_range(item, given[item.name])):
+                if item.name in given and (found := out_of_range(item, given[item.name])):
                     raise CampaignError(asked, found, STAY_INSIDE)
 
 
