@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ulna.base import NoFormError, Status, Verdict
+from ulna.base import Status, UlnaError, Verdict
 from ulna.design.analysis.answer import Answer, decided, not_applicable
 from ulna.design.forms import compiled_law
 from ulna.geometry import NumericRank, NumericStructure, numeric_structure, structure_in_numbers
@@ -105,7 +105,8 @@ def law_in_numbers(system: System) -> dict[str, Answer]:
     answers: dict[str, Answer] = {}
     try:
         law = compiled_law(system)
-    except NoFormError as error:
+    except UlnaError as error:
+        # Besides plants without a form: a system of equations that is singular where it is compiled.
         return answers | {"control": not_applicable("control", str(error))}
     compiled = Verdict.supported(
         "the law is compiled, not written out (design.compiled_law)",
