@@ -14,9 +14,9 @@ from itertools import combinations, islice
 import sympy as sp
 from sympy import Expr
 
-from ulna.base import Status, Verdict
+from ulna.base import Verdict
 from ulna.geometry.lie import lie_derivative
-from ulna.geometry.observation import differentials, extends
+from ulna.geometry.observation import differentials, extends, full_rank
 from ulna.geometry.smoothness import require_smooth
 from ulna.symbolic.exact import Rank, attempt, generic_rank, is_zero, rank_at
 from ulna.symbolic.formulas import formula
@@ -70,8 +70,10 @@ def observation_space(system: System) -> ObservationSpace:
         functions=tuple(kept),
         rank=rank,
         at_point=local,
-        observable=_full(rank, view, "by some input" if not by_drift else "almost everywhere", motion),
-        observable_at_point=_full(local, view, here.phrase, motion),
+        observable=full_rank(
+            rank, view, "by some input" if not by_drift else "almost everywhere", **_told(rank, view, motion)
+        ),
+        observable_at_point=full_rank(local, view, here.phrase, **_told(local, view, motion)),
     )
 
 
@@ -143,17 +145,6 @@ def _input_factors(minor: Expr, view: ControlAffine) -> set[Expr]:
     return {base for base in bases if base.has(*view.u)}
 
 
-def _full(rank: Rank, view: ControlAffine, where: str, motion: dict[str, str]) -> Verdict:
-    n = len(view.x)
-    claim = f"'{view.system.name}' is observable {where} (rank {n})"
-    if not len(view.h):
-        return Verdict.refuted(claim, reason="the plant has no output", rank=0)
-    if rank.verdict.status is Status.UNDECIDED:
-        return Verdict.undecided(claim, **rank.verdict.evidence)
-    evidence = {"rank": rank.value, "point": rank.point, **(motion if rank.value == n else {})}
-    if rank.value == n:
-        return Verdict.proved(claim, **evidence)
-    # The rank found is certain from below; that it is no larger is as sure as its verdict.
-    if rank.verdict.status is not Status.PROVED:
-        evidence["certainty"] = "no larger rank at random points"
-    return Verdict.refuted(claim, **evidence)
+def _told(rank: Rank, view: ControlAffine, motion: dict[str, str]) -> dict[str, str]:
+    """The motion that observing needs, where there is observing."""
+    return motion if rank.value == len(view.x) else {}

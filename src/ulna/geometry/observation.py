@@ -93,8 +93,8 @@ def observability(system: System) -> Observability:
         at_point=local,
         point=here.states,
         determinant=determinant,
-        observable=_full(rank, view, "almost everywhere", matrix),
-        observable_at_point=_full(local, view, here.phrase, matrix),
+        observable=full_rank(rank, view, "almost everywhere", rows=matrix.rows),
+        observable_at_point=full_rank(local, view, here.phrase, rows=matrix.rows),
     )
 
 
@@ -144,14 +144,15 @@ def _rank_at(view: ControlAffine, matrix: ImmutableDenseMatrix, point: Mapping[S
     return local if found is None or not found.verdict.holds else found
 
 
-def _full(rank: Rank, view: ControlAffine, where: str, matrix: ImmutableDenseMatrix) -> Verdict:
+def full_rank(rank: Rank, view: ControlAffine, where: str, **more: object) -> Verdict:
+    """Whether the plant is observable there, from the rank of what its outputs show; with further evidence."""
     n = len(view.x)
     claim = f"'{view.system.name}' is observable {where} (rank {n})"
     if not len(view.h):
         return Verdict.refuted(claim, reason="the plant has no output", rank=0)
     if rank.verdict.status is Status.UNDECIDED:
         return Verdict.undecided(claim, **rank.verdict.evidence)
-    evidence = {"rank": rank.value, "point": rank.point, "rows": matrix.rows}
+    evidence = {"rank": rank.value, "point": rank.point, **more}
     if rank.value == n:
         return Verdict.proved(claim, **evidence)
     # The rank found is certain from below; that it is no larger is as sure as its verdict.
