@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -223,3 +225,34 @@ def test_ranges_and_bounds_hold(formula: sp.Expr, point: tuple[float, float]) ->
     most = float(bound.as_expr().subs({"X": abs(point[0]), "Y": abs(point[1])}))
     assert float(low) - 1e-9 <= value <= float(high) + 1e-9
     assert abs(value) <= most * (1 + 1e-12) + 1e-12
+
+
+@pytest.mark.parametrize(
+    "text", ["1/x", "1/(1 + x)", "1/(x**2 - 1)", "sqrt(x)", "sqrt(x**2)", "log(x)", "log(1 + x)", "tan(x)", "acosh(x)"]
+)
+def test_a_formula_that_is_not_smooth_everywhere_has_no_range(text: str) -> None:
+    with pytest.raises(UnboundedError):
+        Growth(known={}, sizes={}).range(sp.sympify(text, locals={"x": _x}, evaluate=False))
+
+
+@pytest.mark.parametrize(
+    ("text", "low", "high"),
+    [
+        ("1/(2 + cos(x))", Fraction(1, 3), 1),
+        ("1/(-2 - x**2)", Fraction(-1, 2), 0),
+        ("sin(x)*cos(x) - 1/3", Fraction(-4, 3), Fraction(2, 3)),
+        ("x**2 - 1", -1, math.inf),
+        ("1/(1 + exp(x))", 0, 1),
+        ("log(2 + x**2)", -math.inf, math.inf),
+    ],
+)
+def test_ranges_are_those_on_paper(text: str, low: float, high: float) -> None:
+    assert Growth(known={}, sizes={}).range(sp.sympify(text, locals={"x": _x})) == (low, high)
+
+
+def test_a_singular_wire_is_not_proved() -> None:
+    """A law that divides by what the plant multiplies with: substituted, both are gone."""
+    plant = system_from_mapping({"states": {"x": "-x + x*u"}, "inputs": {"u": {}}, "outputs": {"y": "x"}})
+    law = system_from_mapping({"name": "law", "inputs": {"x": {}}, "outputs": {"u": "-1/x"}})
+    verdict = prove(Loop(plant=plant, controller=law), GloballyStable())
+    assert verdict.status is Status.UNDECIDED

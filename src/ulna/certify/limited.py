@@ -82,7 +82,7 @@ def limited_loop(loop: Loop, inputs: Mapping[str, Any]) -> Limited:
         raise CertifyError(
             f"a proof for the loop of '{loop.plant.name}'",
             "it is a system of difference equations, for which there is no theorem here yet.",
-            "Ask `linearise(...)` for its poles: with |λ| < 1 it is stable near its rest point.",
+            "Ask `analyse` for its eigenvalues: with all |λ| < 1 it is stable near its rest point.",
         )
     missing = [p.name for p in system.parameters if p.value is None]
     if missing:

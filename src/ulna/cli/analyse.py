@@ -11,6 +11,7 @@ from ulna.cli.options import AsJson, PlantOptions, Seconds
 from ulna.cli.patience import take_time
 from ulna.cli.supervisor import finished, keep
 from ulna.cli.terminal import console, line, print_json, progress
+from ulna.cli.wording import reason_label
 
 if TYPE_CHECKING:
     from ulna.base import Verdict
@@ -49,13 +50,15 @@ def analyse(
 
 def _kind(analysis: Analysis) -> str:
     """Whether the plant rests at the point; that it rests nowhere is said only where it is proved."""
-    verdict, points = analysis.point.verdict, analysis.answers["rest_points"]
+    verdict, points = analysis.point.verdict, analysis.answers.get("rest_points")
     if verdict.holds:
         return "equilibrium"
-    if points.verdict.holds and points.value == [] and not points.verdict.evidence.get("within"):
+    if points is not None and points.verdict.holds and points.value == [] and not points.verdict.evidence.get("within"):
         return "no equilibrium exists with these inputs"
     if "state" in verdict.evidence:
-        return f"not at rest there: {verdict.evidence['state']}' = {line(verdict.evidence['rate'], 60)}"
+        name, rate = verdict.evidence["state"], line(verdict.evidence["rate"], 60)
+        moved = f"{name} changes by {rate} a period" if analysis.system.discrete else f"{name}' = {rate}"
+        return f"not at rest there: {moved}"
     return "whether it rests there is open"
 
 
@@ -100,8 +103,6 @@ def _show(title: str, rows: Mapping[str, Any], as_json: bool) -> None:
 
 def _evidence(verdict: Verdict) -> str:
     """The telling part of the evidence, one line: a counterexample whole, of a proof only what bounds it."""
-    from ulna.base import Status
-
     sampling = {"points", "seed", "digits", "tolerance", "generically"}
     proof = {"point", "rank", "rows", "method", "because", "per_output", "manifold", "inputs", "regular", "psi"}
     dropped = sampling | (proof if verdict.holds else set())
@@ -109,8 +110,7 @@ def _evidence(verdict: Verdict) -> str:
     told = {key: value for key, value in (first | dict(verdict.evidence)).items() if key not in dropped}
     if getattr(told.get("singular"), "is_number", False):
         del told["singular"]  # singular nowhere
-    # What a "no" rests on is a claim that fails, never a reason for it.
-    names = {"because": {Status.REFUTED: "what fails", Status.UNDECIDED: "what is open"}.get(verdict.status, "because")}
+    names = {"because": reason_label(verdict.status)}
     return "; ".join(
         f"{names.get(key, key)}: {line(value, 300)}" for key, value in told.items() if value not in (None, (), [], {})
     )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from ulna.base import Status
+
 _NUMBER = r"([-+.\w]+)"
 _WORDS: tuple[tuple[str, str], ...] = (
     # Hardware and limits.
@@ -43,3 +45,8 @@ def in_terminal_words(text: str) -> str:
     for pattern, flag in _WORDS:
         text = re.sub(pattern, flag, text)
     return text
+
+
+def reason_label(status: Status) -> str:
+    """What stands before the claim that an answer rests on: under a "no" it is one that fails, never a reason."""
+    return {Status.REFUTED: "what fails", Status.UNDECIDED: "what is open"}.get(status, "because")

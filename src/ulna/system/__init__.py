@@ -1,6 +1,6 @@
 """`System` and what is made of one: its file, its control-affine view, its linearisation; `connect` joins systems."""
 
-from ulna.system.affine import NON_SMOOTH, ControlAffine, control_affine
+from ulna.system.affine import NON_SMOOTH, ControlAffine, control_affine, require_continuous
 from ulna.system.connection import connect
 from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
 from ulna.system.equilibrium_range import Equilibria, equilibria
@@ -56,6 +56,7 @@ __all__ = [
     "newton",
     "out_of_range",
     "read_system",
+    "require_continuous",
     "stand_ins",
     "substitute_input",
     "system_from_mapping",

@@ -9,7 +9,7 @@ import sympy as sp
 
 from ulna.base import DesignError
 from ulna.symbolic.formulas import formula
-from ulna.system import Equilibrium, PointLike, System, as_point, equilibrium, linearise
+from ulna.system import Equilibrium, PointLike, System, as_point, equilibrium, linearise, require_continuous
 
 _DIGITS = 12
 """Of a gain that was found in numbers."""
@@ -54,8 +54,10 @@ def linear_plant(plant: System, at: PointLike | None = None) -> LinearPlant:
         at: the point; left out, the operating point.
 
     Raises:
+        PlantError: for a plant in discrete time.
         DesignError: for parameters without value, a point where the plant does not rest, or slopes without value there.
     """
+    require_continuous(plant)
     asked = f"the linearisation of '{plant.name}'"
     missing = [p.name for p in plant.parameters if p.value is None]
     if missing:

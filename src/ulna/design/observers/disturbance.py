@@ -15,7 +15,7 @@ from ulna.design.gains import Gains
 from ulna.design.observers.observer import Observer, exact_observer
 from ulna.design.observers.observer_coordinates import observer_form
 from ulna.plants import PlantLike, as_plant
-from ulna.system import Signal, System
+from ulna.system import Signal, System, require_continuous
 
 
 def with_disturbance(
@@ -31,6 +31,7 @@ def with_disturbance(
         DesignError: for an unknown state or a disturbance that enters nowhere.
     """
     system = as_plant(system)
+    require_continuous(system)
     names = [s.name for s in system.states]
     unknown = [name for name in enters if name not in names]
     if unknown or all(e == 0 for e in enters.values()):
