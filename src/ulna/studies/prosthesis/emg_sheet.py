@@ -271,7 +271,7 @@ def _numbers(
                 raise RecordingError(
                     f"the recording '{source}'",
                     f"line {line}, column {column + 1}{f' ({names[column]})' if names[column] else ''}: "
-                    f"'{cell[:40]}' is no number to use.",
+                    f"'{cell[:40]}' is not a number that can be used.",
                     "Mend or delete that line, or leave the cell empty where a sample was lost.",
                 )
             values[row, column] = value
