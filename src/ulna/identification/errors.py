@@ -1,0 +1,9 @@
+"""What `ulna.identification` raises."""
+
+from __future__ import annotations
+
+from ulna.base import UlnaError
+
+
+class IdentificationError(UlnaError):
+    """A record that cannot be used, or a question about parameters that cannot be asked of it."""
