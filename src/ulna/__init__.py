@@ -104,6 +104,7 @@ if TYPE_CHECKING:
     from ulna.geometry import observable_decomposition as observable_decomposition
     from ulna.geometry import one_form as one_form
     from ulna.geometry import relative_degree as relative_degree
+    from ulna.identification import sensitivities as sensitivities
     from ulna.loop import TIME as TIME
     from ulna.loop import Amplifier as Amplifier
     from ulna.loop import ConditionalIntegration as ConditionalIntegration
@@ -194,6 +195,7 @@ _HOME = {
             accessibility accessible_decomposition Diffeomorphism Distribution distribution first_integrals
             integrate involutive lie_bracket lie_derivative observability observable_decomposition one_form
             OneForm relative_degree""",
+        "ulna.identification": "sensitivities",
         "ulna.loop": """
             Amplifier ConditionalIntegration EndStop Euler ExactHold Guard Hardware Jitter Loop MeasurementNoise
             MissedSamples Pwm Quantiser RungeKutta4 Saturation SlewLimit TIME""",
