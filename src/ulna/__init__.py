@@ -108,18 +108,25 @@ if TYPE_CHECKING:
     from ulna.loop import TIME as TIME
     from ulna.loop import Amplifier as Amplifier
     from ulna.loop import ConditionalIntegration as ConditionalIntegration
+    from ulna.loop import Deadline as Deadline
     from ulna.loop import EndStop as EndStop
     from ulna.loop import Euler as Euler
     from ulna.loop import ExactHold as ExactHold
+    from ulna.loop import Fault as Fault
     from ulna.loop import Guard as Guard
     from ulna.loop import Hardware as Hardware
+    from ulna.loop import Hold as Hold
+    from ulna.loop import InnovationLimit as InnovationLimit
     from ulna.loop import Jitter as Jitter
     from ulna.loop import Loop as Loop
     from ulna.loop import MeasurementNoise as MeasurementNoise
     from ulna.loop import MissedSamples as MissedSamples
     from ulna.loop import Pwm as Pwm
     from ulna.loop import Quantiser as Quantiser
+    from ulna.loop import ReferenceRange as ReferenceRange
+    from ulna.loop import Report as Report
     from ulna.loop import RungeKutta4 as RungeKutta4
+    from ulna.loop import SafeOutput as SafeOutput
     from ulna.loop import Saturation as Saturation
     from ulna.loop import SlewLimit as SlewLimit
     from ulna.plants import Model as Model
@@ -197,8 +204,9 @@ _HOME = {
             OneForm relative_degree""",
         "ulna.identification": "sensitivities",
         "ulna.loop": """
-            Amplifier ConditionalIntegration EndStop Euler ExactHold Guard Hardware Jitter Loop MeasurementNoise
-            MissedSamples Pwm Quantiser RungeKutta4 Saturation SlewLimit TIME""",
+            Amplifier ConditionalIntegration Deadline EndStop Euler ExactHold Fault Guard Hardware Hold
+            InnovationLimit Jitter Loop MeasurementNoise MissedSamples Pwm Quantiser ReferenceRange Report RungeKutta4
+            SafeOutput Saturation SlewLimit TIME""",
         "ulna.plants": "Model model models",
         "ulna.plot": "plot_poles plot_trajectories plot_trajectory save_figure",
         "ulna.program": "Fused Plain",

@@ -26,6 +26,7 @@ from ulna.loop import (
     Pwm,
     Quantiser,
     RungeKutta4,
+    SafeOutput,
     Saturation,
     SlewLimit,
 )
@@ -92,7 +93,7 @@ def test_a_loop_with_any_controller_reads_back_with_the_same_formulas(kind: str)
             discretisation=Euler(substeps=2),
             clock=(Jitter(width=1e-4), MissedSamples(probability=0.1)),
             end_stops=(EndStop(position="x", velocity="v", upper=1.0),),
-            guard=Guard(output=0.0),
+            guard=Guard(reaction=SafeOutput(0.0)),
             arithmetic=Plain(precision=Precision.SINGLE),
         ),
         Hardware(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +17,7 @@ from firmware_loops import CATALOGUE, arm_loops, catalogue_loop
 import ulna
 from ulna.base import SimulationError
 from ulna.deploy import DeployError, c_project, compare, firmware, verify
-from ulna.loop import Guard, Hardware, Loop, MissedSamples
+from ulna.loop import Guard, Hardware, Hold, Loop, MissedSamples, SafeOutput
 from ulna.program import Fused, Plain, Precision
 
 WARNINGS = [
@@ -48,7 +49,7 @@ def test_a_folder_builds_without_a_warning_and_its_self_test_passes(name: str, p
     c_project(arm_loops()[name], tmp_path / "firm ware", precision=precision)
     done = _self_test(tmp_path / "firm ware")
     assert done.returncode == 0, done.stdout
-    assert "220 of 220 samples are bit-equal" in done.stdout
+    assert re.fullmatch(r"(2\d\d) of \1 samples are bit-equal", done.stdout.strip())
 
 
 @needs_gcc
@@ -120,10 +121,31 @@ def test_a_fault_holds_the_memory_and_the_command_and_is_told() -> None:
     assert np.isfinite(answer).all()
 
 
+def test_faults_and_reactions_ship_and_the_folder_tells_them(tmp_path: Path) -> None:
+    made = c_project(arm_loops()["watched"], tmp_path / "c").firmware
+    assert [port.name for port in made.inputs] == ["y", "y_ref", "elapsed"]
+    good, late, strange, far = [0.0, 0.1, 1e-3, 0], [0.0, 0.1, 1.2e-3, 0], [0.0, 0.6, 1e-3, 0], [3.0, 0.1, 1e-3, 0]
+    missed, broken = [0.0, 0.1, 1e-3, 1], [np.nan, 0.1, 1e-3, 0]
+    rows = [good, late, strange, missed, missed, missed, broken, *[far] * 6, *[good] * 3000]
+    answer = made.run(np.array(rows))
+    assert answer[:13, -1].tolist() == [0, 4, 8, 0, 0, 2, 1, 0, 0, 0, 0, 16, 16]
+    assert [answer[k, 0] for k in (1, 5, 6, 12)] == [0.5, 0.5, 0.0, -0.5]
+    assert answer[-1, -1] == 0
+    text = (tmp_path / "c" / "README.md").read_text()
+    for line in (
+        "More than 2 in a row: `fault` has bit 2 and 0.5 is commanded until the next sample comes",
+        "is more than 0.00115 s `fault` has bit 4 and 0.5 is commanded",
+        "Reference y_ref out of -0.5 … 0.5: `fault` has bit 8 and the last reference takes its place",
+        "at 5 samples in a row: the plant is lost, `fault` has bit 16",
+        "u is commanded -0.5, until 10 samples in a row are within it",
+    ):
+        assert line in text, line
+
+
 @pytest.mark.parametrize("output", [None, 0.0])
 def test_the_guard_of_the_hardware_is_what_ships(output: float | None) -> None:
     loop = arm_loops()["states"]
-    hardware = _hardware(loop, guard=Guard(output=output))
+    hardware = _hardware(loop, guard=Guard(reaction=Hold() if output is None else SafeOutput(output)))
     made = firmware(Loop(plant=loop.plant, controller=loop.controller, hardware=hardware))
     answer = made.run(np.array([[0.5, 0.1, 0.0], [np.nan, 0.1, 0.0]]))
     assert answer[1, 0] == (answer[0, 0] if output is None else output)

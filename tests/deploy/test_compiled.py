@@ -13,7 +13,7 @@ from firmware_loops import CATALOGUE, arm_loops, catalogue_loop
 import ulna
 from ulna.base import SimulationError
 from ulna.deploy import Compiled, DeployError, c_project
-from ulna.loop import Guard, Jitter, Loop, MeasurementNoise, MissedSamples
+from ulna.loop import Guard, Jitter, Loop, MeasurementNoise, MissedSamples, SafeOutput
 from ulna.sim import FixedSteps, Gpu, Paths, Trajectory
 from ulna.system import given_point
 
@@ -55,7 +55,7 @@ def test_noise_late_clocks_and_missed_samples_reach_the_c_of_many_runs(tmp_path:
         loop.hardware,
         noise=MeasurementNoise(std=1e-4),
         clock=(Jitter(width=3e-4), MissedSamples(probability=0.2)),
-        guard=Guard(output=0.0),
+        guard=Guard(reaction=SafeOutput(0.0)),
     )
     real = Loop(plant=loop.plant, controller=loop.controller, hardware=hardware)
     c_project(real, tmp_path / "c")

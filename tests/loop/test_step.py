@@ -25,6 +25,7 @@ from ulna.loop import (
     Pwm,
     Quantiser,
     RungeKutta4,
+    SafeOutput,
     Saturation,
     SlewLimit,
     joined,
@@ -231,7 +232,7 @@ def test_a_command_that_is_not_finite_is_held_or_replaced() -> None:
     root = static("root", ["y"], {"u": "sqrt(y)"})
     held = processor(root)
     assert [held.sample(y0=y)["ub0"] for y in (4.0, -1.0, 9.0)] == [2.0, 2.0, 3.0]
-    safe = processor(root, guard=Guard(output=-0.5, largest=2.5))
+    safe = processor(root, guard=Guard(reaction=SafeOutput(-0.5), largest=2.5))
     assert [safe.sample(y0=y)["ub0"] for y in (4.0, -1.0, 9.0, 1.0)] == [2.0, -0.5, -0.5, 1.0]
 
 

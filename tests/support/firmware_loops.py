@@ -9,12 +9,19 @@ import ulna
 from ulna.loop import (
     Amplifier,
     ConditionalIntegration,
+    Deadline,
     Euler,
     ExactHold,
+    Guard,
     Hardware,
+    InnovationLimit,
+    Jitter,
     Loop,
+    MissedSamples,
     Pwm,
     Quantiser,
+    ReferenceRange,
+    SafeOutput,
     Saturation,
     SlewLimit,
 )
@@ -77,6 +84,18 @@ def arm_loops() -> dict[str, Loop]:
         "states": _with(arm, law, sensors={"theta": ENCODER}, discretisation=Euler()),
         "PID": _with(arm, system_from_mapping(PID), saturation=LIMIT, delay=3e-3),
         "Kalman": _with(arm, seen, sensors=ENCODER, saturation=LIMIT),
+        "watched": _with(
+            arm,
+            ulna.compensator(eager, exact),
+            sensors=ENCODER,
+            saturation=LIMIT,
+            delay=1e-3,
+            guard=Guard(reaction=SafeOutput(0.0)),
+            clock=(Jitter(width=2e-4), MissedSamples(probability=0.2)),
+            deadline=Deadline(lateness=1.5e-4, missed=2, reaction=SafeOutput(0.5)),
+            references=ReferenceRange(lower=-0.5, upper=0.5, held=True),
+            innovation=InnovationLimit(size={"y": 0.05}, samples=5, resume=10, reaction=SafeOutput({"u": -0.5})),
+        ),
         "amplifier": _with(arm, both, drive=cut),
     }
 

@@ -23,9 +23,11 @@ def require_period(options: HardwareOptions) -> None:
         SimulationError: naming the option.
     """
     names = ("delay", "encoder", "resolution", "noise", "slew", "anti_windup", "jitter", "missed", "pwm")
+    names += ("reference_range", "innovation")
     given = [name for name in names if getattr(options, name)]
     given += ["encoder"] if options.encoder == 0 else []
     given += ["discretise"] if options.discretise is not Discretisation.runge_kutta else []
+    given += [name for name in ("lateness", "missed_most", "safe_output") if getattr(options, name) is not None]
     given += ["arithmetic"] if options.arithmetic is not None else []
     if given and not options.sampled:
         asked = f"--{given[0].replace('_', '-')}"
@@ -66,7 +68,33 @@ def hardware_of(
         drive=_drive(options.pwm),
         clock=tuple(each for each in clock if each is not None),
         end_stops=walls,
+        **_watches(options),
     )
+
+
+def _watches(options: HardwareOptions) -> dict[str, Any]:
+    """What is watched, and what is commanded while a fault lasts."""
+    from ulna.loop import Deadline, Guard, Hold, InnovationLimit, ReferenceRange, SafeOutput
+
+    reaction = Hold() if options.safe_output is None else SafeOutput(options.safe_output)
+    found: dict[str, Any] = {} if options.safe_output is None else {"guard": Guard(reaction=reaction)}
+    if options.lateness is not None or options.missed_most is not None:
+        found["deadline"] = Deadline(lateness=options.lateness, missed=options.missed_most, reaction=reaction)
+    ranges = {}
+    for text in options.reference_range:
+        name, _, bounds = (part.strip() for part in text.partition("="))
+        low, high = _numbers(bounds, f"--reference-range '{text}'", (2,))
+        ranges[name] = ReferenceRange(lower=low, upper=high)
+    if ranges:
+        found["references"] = ranges
+    if options.innovation:
+        asked = f"--innovation '{options.innovation}'"
+        size, *counts = _numbers(options.innovation, asked, (2, 3))
+        if any(count != int(count) for count in counts):
+            raise SimulationError(asked, "samples are counted in whole numbers.", "Write 0.2:10, say.")
+        samples, resume = int(counts[0]), int(counts[1]) if len(counts) > 1 else None
+        found["innovation"] = InnovationLimit(size=size, samples=samples, resume=resume, reaction=reaction)
+    return found
 
 
 def saturations(texts: Sequence[str], driven: Sequence[str]) -> Saturation | dict[str, Saturation] | None:

@@ -270,6 +270,35 @@ class HardwareOptions:
     ] = ""
     jitter: Annotated[float, _processor("--jitter", help="Samples come late by up to this, s.")] = 0.0
     missed: Annotated[float, _processor("--missed", help="Probability of a missed sample.")] = 0.0
+    reference_range: Annotated[
+        list[str],
+        _processor(
+            "--reference-range",
+            metavar="NAME=LOW:HIGH",
+            help="A reference out of this range is a fault, and its nearest end is taken: 'y_ref=-1:1'. Repeatable.",
+        ),
+    ] = field(default_factory=list)
+    lateness: Annotated[
+        float | None, _processor("--lateness", help="A call later than this is a fault, s.", show_default=False)
+    ] = None
+    missed_most: Annotated[
+        int | None, _processor("--missed-most", help="More samples missed in a row are a fault.", show_default=False)
+    ] = None
+    innovation: Annotated[
+        str,
+        _processor(
+            "--innovation",
+            metavar="SIZE:SAMPLES",
+            help="Larger innovations at so many samples in a row are a fault, for good or until others in a row are "
+            "smaller: '0.2:10', '0.2:10:50'.",
+        ),
+    ] = ""
+    safe_output: Annotated[
+        float | None,
+        _processor(
+            "--safe-output", help="Command while a fault lasts, SI; left out: the last one.", show_default=False
+        ),
+    ] = None
     pwm: Annotated[
         str,
         _processor(

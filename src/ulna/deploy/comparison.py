@@ -86,7 +86,7 @@ def compare(
     written = read_design(place)
     precision = written.precision
     made = firmware(loop, name=written.name, precision=precision, initial=_controller_part(loop, initial or {}))
-    if made.missed:
+    if made.hardware.missed is not None:
         raise DeployError("a comparison", "the loop has missed samples, which no record tells.", "Leave them out.")
     double = firmware(loop, precision=Precision.DOUBLE)
     period = double.loop.fit({}).period
@@ -94,6 +94,7 @@ def compare(
     start = {s.name: float(point[s.name]) for s in loop.plant.states} | dict(initial or {})
     run = simulate(double.loop, start, samples * period, inputs=inputs or {}, throw=False)
     rows = _given(made, run, inputs or {})
+    rows = np.pad(rows, ((0, 0), (0, int(made.missed))))
     simulated = np.column_stack([run[f"{port.signal.name}_limited"] for port in made.commands])
     against = "the simulation"
     expected = simulated
@@ -128,6 +129,8 @@ def _given(made: Firmware, run: Trajectory, inputs: Mapping[str, Any]) -> np.nda
         name = port.signal.name
         if port.slot.startswith("y"):
             columns.append(run[f"{name}_measured"])
+        elif port.slot == "elapsed":
+            columns.append(np.diff(run.times, prepend=run.times[0] - (made.hardware.period or 0.0)))
         elif port.slot.startswith("believed"):
             columns.append(_applied(made, run, name))
         else:
@@ -158,8 +161,9 @@ def _by_c(made: Firmware, place: Path, rows: np.ndarray, compiler: str) -> np.nd
 def _harness(made: Firmware) -> str:
     """A function that takes all samples at once."""
     name, real = made.name, made.precision.value
-    width, commands = len(made.inputs), len(made.commands)
+    width, commands = len(made.inputs) + made.missed, len(made.commands)
     taken = "".join(f"        input.{port.name} = given[k * {width} + {j}];\n" for j, port in enumerate(made.inputs))
+    taken += "        input.missed = 0;\n" if made.missed else ""
     shown = "".join(
         f"        answer[k * {commands} + {j}] = output.{port.name};\n" for j, port in enumerate(made.commands)
     )

@@ -73,7 +73,7 @@ def _inputs(made: Firmware) -> tuple[str, ...]:
 def _outputs(made: Firmware) -> tuple[str, ...]:
     """Slots told; whether the first sample has been is what the simulator knows."""
     shown = [port.slot for port in (*made.commands, *made.estimates)]
-    return (*shown, *(slot for slot in made.memory if slot not in {*shown, "begun"}), "fault")
+    return (*shown, *(slot for slot in made.memory if slot not in {*shown, "begun"}), "code", "fault")
 
 
 def _initial(made: Firmware, loaded: ctypes.CDLL) -> dict[str, float]:
@@ -96,8 +96,8 @@ def _harness(made: Firmware, symbol: str) -> str:
     lines = [f"{place} = ({real})given[{k}];" for k, place in enumerate(given)]
     lines += [f"input.missed = given[{len(given)}] != 0.0;"] if made.missed else []
     labels = {slot: f"memory.{n}" for slot, n in memory} | {port.slot: f"output.{port.name}" for port in shown}
-    told = [f"told[{k}] = {labels[slot]};" for k, slot in enumerate(_outputs(made)[:-1])]
-    told.append(f"told[{len(told)}] = output.fault ? NAN : 0.0;")
+    told = [f"told[{k}] = {labels[slot]};" for k, slot in enumerate(_outputs(made)[:-2])]
+    told += [f"told[{len(told)}] = output.fault;", f"told[{len(told) + 1}] = (output.fault & 1) ? NAN : 0.0;"]
     begun = [f"values[{k}] = memory.{label};" for k, (_, label) in enumerate(memory)]
     step = [*lines, f"{name}_step(&memory, &input, &output);", *told]
     return (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -32,6 +32,12 @@ class Port:
     signal: Signal
 
 
+ELAPSED = Port(slot="elapsed", name="elapsed", signal=Signal(name="elapsed", unit="s", text="time since the last call"))
+"""What a loop with `Deadline(lateness=...)` is told."""
+_KEPT = ("missed", "elapsed", "fault")
+"""Names of the structures that no signal may bear."""
+
+
 # No slots: it is compared and shown by identity, and holds the loop it came from.
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Firmware:
@@ -39,10 +45,10 @@ class Firmware:
 
     Attributes:
         name: of the library, and how its functions begin. loop: what was designed. precision: of every number.
-        kernel: memory, measured values and references → memory, commands, estimates, fault.
+        kernel: memory, measured values and references → memory, commands, estimates, fault code.
         memory: slots that one sample hands to the next, with their names in C.
         initial: the value of each slot before the first sample.
-        inputs: measured values, references, then what measuring amplifiers apply.
+        inputs: measured values, references, what measuring amplifiers apply, the time since the last call.
         missed: whether the caller says that a sample was missed.
         commands, estimates: what comes out.
         fingerprint: of plant, design and hardware.
@@ -72,19 +78,18 @@ class Firmware:
             rows: (N, inputs) SI values in the order of `inputs`; then 1 where the sample is missed, if it can be.
 
         Returns:
-            Commands, estimates, then the fault (0, or 1 where a number was not finite).
+            Commands, estimates, then the fault code: the sum of the bits of `Fault`.
         """
         evaluate = to_numpy(self.kernel, precision=self.precision)
         slots = {name: self.precision.dtype(value) for name, value in self.initial.items()}
         names = [*(port.slot for port in self.inputs), *(["missed"] if self.missed else [])]
-        wanted = [*(port.slot for port in (*self.commands, *self.estimates)), "fault"]
+        wanted = [*(port.slot for port in (*self.commands, *self.estimates)), "code"]
         answer = np.zeros((len(rows), len(wanted)), dtype=self.precision.dtype)
         for k, row in enumerate(np.asarray(rows, dtype=self.precision.dtype)):
             known = {**slots, **dict(zip(names, row, strict=True))}
             found = dict(zip(self.kernel.outputs, evaluate(*(known[n] for n in self.kernel.inputs)), strict=True))
             slots = {name: found[name] for name in slots}
             answer[k] = [found[name] for name in wanted]
-        answer[:, -1] = np.isnan(answer[:, -1])
         return answer
 
 
@@ -121,12 +126,12 @@ def firmware(
     step, wiring = loop.step, loop.wiring
     commands = tuple(f"h{k}_0" for k in range(len(wiring.driven)))
     estimates = tuple(f"e{k}" for k in range(len(wiring.estimates)))
-    fixed = {slot: value for slot, value in step.numbers.items() if slot not in ("missed", "begun")}
+    fixed = {slot: value for slot, value in step.numbers.items() if slot not in ("missed", "begun", "elapsed")}
     whole = step.kernel
     # What a measuring amplifier tells takes the place of what the estimator would believe.
     told = [k for k, drive in enumerate(loop.fit({}).drives) if isinstance(drive, Amplifier) and drive.measured]
     memory = [slot for slot in whole.inputs if slot in whole.outputs and slot not in {f"believed{k}" for k in told}]
-    wanted = [*commands, *estimates, *(slot for slot in memory if slot not in commands), "fault"]
+    wanted = [*commands, *estimates, *(slot for slot in memory if slot not in commands), "code"]
     kernel = bound(restricted(whole, wanted), fixed, precision=precision)
     kernel, memory = _without_idle(kernel, memory)
     return Firmware(
@@ -137,13 +142,14 @@ def firmware(
         memory=_memory_names(loop, memory),
         initial=_initial(loop, memory, initial or {}),
         inputs=(
-            *_ports("y", wiring.measured, taken=()),
-            *_ports("r", wiring.references, taken=[s.name for s in wiring.measured]),
+            *_ports("y", wiring.measured, taken=_KEPT),
+            *_ports("r", wiring.references, taken=[*_KEPT, *(s.name for s in wiring.measured)]),
             *(port for port in _ports("believed", wiring.driven, taken=()) if int(port.slot[8:]) in told),
+            *((ELAPSED,) if "elapsed" in kernel.inputs else ()),
         ),
         missed="missed" in kernel.inputs,
-        commands=tuple(replace(p, slot=f"{p.slot}_0") for p in _ports("h", wiring.driven, taken=())),
-        estimates=_ports("e", wiring.estimates, taken=[s.name for s in wiring.driven]),
+        commands=tuple(replace(p, slot=f"{p.slot}_0") for p in _ports("h", wiring.driven, taken=_KEPT)),
+        estimates=_ports("e", wiring.estimates, taken=[*_KEPT, *(s.name for s in wiring.driven)]),
         fingerprint=fingerprint(loop),
     )
 
@@ -185,7 +191,7 @@ def _library_name(given: str, plant: str) -> str:
     return given or c_name(plant).lower()
 
 
-def _ports(stem: str, signals: tuple[Signal, ...], *, taken: list[str] | tuple[str, ...]) -> tuple[Port, ...]:
+def _ports(stem: str, signals: tuple[Signal, ...], *, taken: Sequence[str]) -> tuple[Port, ...]:
     """The ports of signals in a structure where other names are taken already."""
     what = {"y": "measured signal", "r": "reference", "h": "command", "e": "estimate", "believed": "input"}[stem]
     names = c_names([*taken, *(s.name for s in signals)], what=what)[len(taken) :]

@@ -19,6 +19,11 @@ PUSH = 0.1
 EDGES = (0.3, -3.0, 30.0, -300.0, math.nan, math.inf, -math.inf, 1e30, 0.0, -0.0)
 """Values of all inputs, each at one of the last samples: commands reach their limits, numbers stop being finite."""
 
+NUDGE = 1e-3
+"""The same where an estimator watches its innovation: it should not lose the plant at once."""
+FAR, LONGEST = 3e4, 50
+"""SI, a value that no estimator follows, and how many samples of it a self-test holds at most."""
+
 
 def rehearsal(made: Firmware, samples: int) -> np.ndarray:
     """(N, inputs) measured values and references of a run that begins off its operating point.
@@ -28,17 +33,27 @@ def rehearsal(made: Firmware, samples: int) -> np.ndarray:
     """
     run = _Run(made.loop)
     rows = []
+    period = made.hardware.period or 0.0
     for k in range(samples):
         references = {f"r{j}": PUSH * math.sin(2.0 + j + 12.0 * k / samples) for j in range(len(made.loop.references))}
-        measured = run.sample(references)
+        # Some calls come late, where that is told.
+        clock = {"elapsed": period * (3.0 if k % 11 == 5 else 1.0)}
+        measured = run.sample(references | clock)
         if not all(map(math.isfinite, measured.values())):
             break
-        known = {**references, **measured}
+        known = {**references, **clock, **measured}
         rows.append([known[port.slot] for port in made.inputs] + ([float(k % 7 == 3)] if made.missed else []))
     last: list[float] = rows[-1] if rows else [0.0] * (len(made.inputs) + made.missed)
     for edge in EDGES:
         rows += [[edge] * len(made.inputs) + last[len(made.inputs) :], last]
+    rows += [[FAR] * len(made.inputs) + last[len(made.inputs) :]] * _losing(made) + [last] * (_losing(made) > 0)
     return np.array(rows)
+
+
+def _losing(made: Firmware) -> int:
+    """How many values far off it takes to lose the plant; 0 where the self-test would grow too long."""
+    limit = made.hardware.innovation
+    return 0 if limit is None or limit.samples > LONGEST else limit.samples
 
 
 class _Run:
@@ -61,7 +76,8 @@ class _Run:
         self.slots |= {f"plant_{name}": value for name, value in found.items()} | found
         point = given_point(loop.plant).numbers
         self.slots |= {f"believed{k}": 0.0 for k in range(len(loop.wiring.driven))}
-        self.slots |= {f"x{k}": float(point[s.name]) + PUSH for k, s in enumerate(loop.plant.states)}
+        push = PUSH if loop.hardware is None or loop.hardware.innovation is None else NUDGE
+        self.slots |= {f"x{k}": float(point[s.name]) + push for k, s in enumerate(loop.plant.states)}
         self.outputs = _compiled((flow.outputs,))
         self.measured = len(loop.wiring.measured)
         self.work = _compiled((*step.stages, applied(fitted)))

@@ -10,6 +10,7 @@ from ulna.loop.fitted import Fitted
 from ulna.loop.kalman import filtered
 from ulna.loop.rows import Pair, roles, row_of
 from ulna.loop.runge_kutta import combined, moved
+from ulna.loop.watching import overdue, referred
 from ulna.program import (
     COSTLY,
     HOISTED,
@@ -25,7 +26,7 @@ from ulna.program import (
 def advance(loop: Fitted) -> Kernel:
     """The kernel: measured values, references and memory in, quantised values and new memory out."""
     w = Assembly("advance")
-    missed = w.input("missed") if loop.hardware.missed else None
+    missed = w.input("missed") if loop.hardware.told_missed else None
     measured = w.inputs("y", len(loop.wiring.measured))
     good = finite(measured) if loop.hardware.guard and measured else None
     outputs: dict[str, Scalar] = {}
@@ -37,9 +38,11 @@ def advance(loop: Fitted) -> Kernel:
         newer.append(value if missed is None else missed.where(before, value))
         outputs[f"yn{k}"] = newer[k]
     outputs["begun"] = w.constant(1.0)
+    outputs |= overdue(loop, w)
+    references = referred(loop, w, outputs)
     outputs["fault"] = w.constant(0.0) if good is None else good.where(0.0, math.nan)
     if loop.wiring.memory:
-        _advanced(loop, w, (older, newer), (missed, good), outputs)
+        _advanced(loop, w, (older, newer), references, (missed, good), outputs)
     return w.finished(outputs)
 
 
@@ -74,18 +77,20 @@ def _advanced(
     loop: Fitted,
     w: Assembly,
     samples: Pair,
+    newest: Sequence[Scalar],
     skips: tuple[Scalar | None, Scalar | None],
     outputs: dict[str, Scalar],
 ) -> None:
     """The memory advanced to this sample; at the first one, and where it would not be finite, it stays.
 
     Args:
+        samples: measured values at the older and at this sample. newest: references at this one.
         skips: whether the sample is missed, and whether the measured values are good.
         outputs: gets the memory, and whether it is good, too.
     """
     missed, good = skips
-    count, moves = len(loop.wiring.references), None if missed is None else missed.negated()
-    z, references = w.inputs("z", len(loop.wiring.memory)), (w.inputs("r_old", count), w.inputs("r", count))
+    moves = None if missed is None else missed.negated()
+    z, references = w.inputs("z", len(loop.wiring.memory)), (w.inputs("r_old", len(newest)), newest)
     begun = [w.input("begun")] * len(z)
     match loop.rule:
         case None:
@@ -94,7 +99,7 @@ def _advanced(
         case Euler() | RungeKutta4() if loop.wiring.filter is not None:
             # It reads the first sample, too.
             begun[: loop.wiring.observed] = [w.constant(1.0)] * loop.wiring.observed
-            advanced = filtered(loop, w, z, samples, references)
+            advanced = filtered(loop, w, z, samples, references, outputs)
             advanced = _by_trapezoids(loop, w, z, advanced, samples, references, outputs)
         case Euler(substeps=steps, interpolate=interpolate):
             row = _Row(loop, w, "z'", samples, outputs, interpolate=interpolate)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from ulna.loop.advance import finite
 from ulna.loop.fitted import Fitted
 from ulna.loop.rows import roles, row_of
+from ulna.loop.watching import reacted, seen_references
 from ulna.program import Assembly, Kernel, Scalar
 
 
@@ -15,16 +16,15 @@ def command(loop: Fitted) -> Kernel:
     """The kernel: memory and quantised values in, estimates, commands and what the drive gets out."""
     w, wiring = Assembly("command"), loop.wiring
     z, y = w.inputs("z", len(wiring.memory)), w.inputs("yn", len(wiring.measured))
-    u, r = w.inputs("believed", len(wiring.driven)), w.inputs("r", len(wiring.references))
+    u, r = w.inputs("believed", len(wiring.driven)), seen_references(loop, w)
     outputs: dict[str, Scalar] = {}
     computed = _commanded(loop, w, (z, y, u, r), outputs)
     estimates = w.call(loop.written(row_of(wiring.controller.main, "e")), roles(z=z, y=y, u=u, r=r))
     outputs |= estimates
-    missed = w.input("missed") if loop.hardware.missed else None
     good = _good(loop, w, computed)
-    for k, value in enumerate(computed):
-        outputs[f"c{k}"] = command = _guarded(loop, w, k, value, (missed, good))
-        outputs |= _delayed(loop, w, k, _limited(loop, w, k, command))
+    for k, value in enumerate(reacted(loop, w, computed, estimates, outputs, good)):
+        outputs[f"c{k}"] = value
+        outputs |= _delayed(loop, w, k, _limited(loop, w, k, value))
     outputs["fault"] = w.input("fault") if good is None else good.where(0.0, math.nan)
     outputs |= {f"r_old{k}": value for k, value in enumerate(r)}
     return w.finished(outputs)
@@ -67,14 +67,6 @@ def _good(loop: Fitted, w: Assembly, commands: Sequence[Scalar]) -> Scalar | Non
     for value in commands:
         good = good.both(finite([value], guard.largest))
     return good
-
-
-def _guarded(loop: Fitted, w: Assembly, k: int, value: Scalar, skips: tuple[Scalar | None, Scalar | None]) -> Scalar:
-    """The command; a sample that is missed, or not good, holds the last one. skips: both."""
-    (missed, good), guard, held = skips, loop.hardware.guard, w.input(f"h{k}_0")
-    if guard is not None and good is not None:
-        value = good.where(value, held if guard.output is None else w.constant(guard.output))
-    return value if missed is None else missed.where(held, value)
 
 
 def _limited(loop: Fitted, w: Assembly, k: int, value: Scalar) -> Scalar:

@@ -14,7 +14,9 @@ from ulna.loop.discretisation import Discretisation, ExactHold
 from ulna.loop.drive import Amplifier, Pwm
 from ulna.loop.hardware import Hardware
 from ulna.loop.limits import Saturation, SlewLimit
+from ulna.loop.reaction import SafeOutput
 from ulna.loop.sensors import MeasurementNoise, Quantiser
+from ulna.loop.watches import ReferenceRange
 from ulna.loop.wiring import Wiring
 from ulna.program import HOISTED, Kernel, in_arithmetic, to_python
 from ulna.symbolic.compiling import rounded
@@ -34,6 +36,7 @@ class Fitted:
         wiring: names and formulas. hardware: what was asked for. period: s.
         whole_delay: periods. fraction: of a period, the rest of the delay.
         saturations, slews, drives: for each driven input. sensors, noises: for each measured signal.
+        ranges: of each reference, both ends known.
         frozen: places in the memory of integrals under anti-windup.
         walls: of each end stop the places of position and velocity among the plant's states.
         numbers: what holds for ever, by the name of the kernels' input.
@@ -49,6 +52,7 @@ class Fitted:
     drives: tuple[Pwm | Amplifier | None, ...]
     sensors: tuple[Quantiser | None, ...]
     noises: tuple[MeasurementNoise | None, ...]
+    ranges: tuple[ReferenceRange | None, ...]
     frozen: tuple[int, ...]
     walls: tuple[tuple[int, int], ...]
     numbers: Mapping[str, float]
@@ -93,6 +97,7 @@ def fitted(wiring: Wiring, hardware: Hardware, parameters: Mapping[str, float]) 
             "Give a compensator with injected_observer(form, gains), or another discretisation.",
         )
     whole = math.floor(hardware.delay / period + TINY)
+    _check_reactions(hardware, wiring)
     drives = _each("drive", hardware.drive, wiring.driven)
     found = Fitted(
         wiring=wiring,
@@ -105,6 +110,7 @@ def fitted(wiring: Wiring, hardware: Hardware, parameters: Mapping[str, float]) 
         drives=drives,
         sensors=_each("sensors", hardware.sensors, wiring.measured),
         noises=_each("noise", hardware.noise, wiring.measured),
+        ranges=_ranges(hardware, wiring),
         frozen=_frozen(hardware, wiring),
         walls=_walls(hardware, wiring),
         numbers={},
@@ -128,6 +134,38 @@ def _each(
             f"Known: {', '.join(names) or 'none'}.",
         )
     return tuple(given.get(name) for name in names)
+
+
+def _check_reactions(hardware: Hardware, wiring: Wiring) -> None:
+    """Refuse safe outputs of inputs that are not driven."""
+    for what in ("guard", "deadline", "innovation"):
+        asked = getattr(hardware, what)
+        if asked is not None and isinstance(asked.reaction, SafeOutput) and isinstance(asked.reaction.output, Mapping):
+            _each(what, asked.reaction.output, wiring.driven)
+
+
+def _ranges(hardware: Hardware, wiring: Wiring) -> tuple[ReferenceRange | None, ...]:
+    """Ends that are not given are those that the signal declares; without either there is none on this side."""
+    found: list[ReferenceRange | None] = []
+    for asked, signal in zip(
+        _each("references", hardware.references, wiring.references), wiring.references, strict=True
+    ):
+        if asked is None:
+            found.append(None)
+            continue
+        ends = [(asked.lower, signal.lower, -math.inf), (asked.upper, signal.upper, math.inf)]
+        low, high = (
+            given if given is not None else float(declared) if declared is not None else open_
+            for given, declared, open_ in ends
+        )
+        if math.isinf(low) and math.isinf(high):
+            raise SimulationError(
+                f"ReferenceRange() of '{signal.name}'",
+                "the reference declares no range, and none is given.",
+                "Give ReferenceRange(lower=-1.0, upper=1.0), say.",
+            )
+        found.append(ReferenceRange(lower=low, upper=high, held=asked.held))
+    return tuple(found)
 
 
 def _frozen(hardware: Hardware, wiring: Wiring) -> tuple[int, ...]:
@@ -162,6 +200,7 @@ def _numbers(loop: Fitted) -> dict[str, float]:
         "jitter": hardware.jitter.width if hardware.jitter else 0.0,
         "missed_share": hardware.missed.probability if hardware.missed else 0.0,
     }
+    numbers |= _watched(loop)
     for k, saturation in enumerate(loop.saturations):
         if saturation is not None:
             numbers |= {f"lower{k}": saturation.lower, f"upper{k}": saturation.upper}
@@ -186,6 +225,17 @@ def _numbers(loop: Fitted) -> dict[str, float]:
             numbers |= {f"drive{k}_{name}": float(value) for name, value in drive.numbers.items()}
     for k, wall in enumerate(hardware.end_stops):
         numbers |= {f"wall_low{k}": wall.lower, f"wall_high{k}": wall.upper, f"bounce{k}": wall.restitution}
+    return numbers
+
+
+def _watched(loop: Fitted) -> dict[str, float]:
+    """Ends of references, and how late a call may be."""
+    deadline, numbers = loop.hardware.deadline, dict[str, float]()
+    if deadline is not None and deadline.lateness is not None:
+        numbers["latest"] = loop.period + deadline.lateness
+    for k, bounds in enumerate(loop.ranges):
+        if bounds is not None and bounds.lower is not None and bounds.upper is not None:
+            numbers |= {f"range_low{k}": bounds.lower, f"range_high{k}": bounds.upper}
     return numbers
 
 

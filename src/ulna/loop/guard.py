@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ulna.base import SimulationError
+from ulna.loop.reaction import Hold, SafeOutput
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -16,16 +17,14 @@ class Guard:
     bound on for ever: NaN fails every comparison.
 
     Args:
-        output: SI, what is commanded instead of a command that is not finite; a simulated run goes on. None holds the
-            last command, and a simulated run ends there.
+        reaction: what is commanded instead of a command that is not finite. With `SafeOutput` a simulated run goes on;
+            with `Hold` it ends there.
         largest: a command of this size or more counts as not finite.
     """
 
-    output: float | None = None
+    reaction: Hold | SafeOutput = field(default_factory=Hold)
     largest: float = math.inf
 
     def __post_init__(self) -> None:
-        if self.output is not None and not math.isfinite(self.output):
-            raise SimulationError(f"Guard(output={self.output})", "the safe output must be a finite number.")
         if not (self.largest > 0):
             raise SimulationError(f"Guard(largest={self.largest})", "the bound must be positive.")

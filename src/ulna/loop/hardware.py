@@ -13,12 +13,24 @@ from ulna.loop.drive import Amplifier, Pwm
 from ulna.loop.guard import Guard
 from ulna.loop.limits import ConditionalIntegration, EndStop, Saturation, SlewLimit
 from ulna.loop.sensors import MeasurementNoise, Quantiser
+from ulna.loop.watches import Deadline, InnovationLimit, ReferenceRange
 from ulna.program import AbstractArithmetic, Fused
 
 LONGEST_DELAY = 1000
 """Periods: every command on its way is a slot of the step's memory."""
 
-_OF_A_PROCESSOR = ("delay", "sensors", "noise", "drive", "slew", "anti_windup", "clock")
+_OF_A_PROCESSOR = (
+    "delay",
+    "sensors",
+    "noise",
+    "drive",
+    "slew",
+    "anti_windup",
+    "clock",
+    "deadline",
+    "references",
+    "innovation",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -41,6 +53,8 @@ class Hardware:
         clock: what the real clock does: `Jitter`, `MissedSamples`, or both in a tuple.
         end_stops: walls of the plant.
         guard: what the processor does with a value that is not finite; None for no check.
+        deadline: what it does when it is called late, or samples are missed.
+        references: ranges of all references, or by name. innovation: when its estimator has lost the plant.
         arithmetic: how it computes: `Fused()` with fused multiply-add, `Plain()` the same bits in every language.
 
     Raises:
@@ -59,6 +73,9 @@ class Hardware:
     clock: Jitter | MissedSamples | tuple[Jitter | MissedSamples, ...] | None = None
     end_stops: tuple[EndStop, ...] = ()
     guard: Guard | None = field(default_factory=Guard)
+    deadline: Deadline | None = None
+    references: ReferenceRange | Mapping[str, ReferenceRange] | None = None
+    innovation: InnovationLimit | None = None
     arithmetic: AbstractArithmetic = field(default_factory=Fused)
 
     def __post_init__(self) -> None:
@@ -109,6 +126,21 @@ class Hardware:
     def missed(self) -> MissedSamples | None:
         """Which samples are missed, if some are."""
         return next((each for each in self._clock if isinstance(each, MissedSamples)), None)
+
+    @property
+    def told_missed(self) -> bool:
+        """Whether the step is told that there is no new sample."""
+        return self.missed is not None or (self.deadline is not None and self.deadline.missed is not None)
+
+    @property
+    def told_elapsed(self) -> bool:
+        """Whether the step is told the time since its last call."""
+        return self.deadline is not None and self.deadline.lateness is not None
+
+    @property
+    def watches(self) -> bool:
+        """Whether there are faults besides numbers that are not finite."""
+        return any(each is not None for each in (self.deadline, self.references, self.innovation))
 
     @property
     def _clock(self) -> tuple[Jitter | MissedSamples, ...]:

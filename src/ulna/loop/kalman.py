@@ -14,7 +14,14 @@ from ulna.program import Assembly, Kernel, Scalar, tangents
 Matrix = list[list[Scalar]]
 
 
-def filtered(loop: Fitted, w: Assembly, z: Sequence[Scalar], samples: Pair, references: Pair) -> list[Scalar]:
+def filtered(
+    loop: Fitted,
+    w: Assembly,
+    z: Sequence[Scalar],
+    samples: Pair,
+    references: Pair,
+    outputs: dict[str, Scalar],
+) -> list[Scalar]:
     """Estimates and the upper triangle of the covariance at this sample, measured values included.
 
     x⁻ = Step(x̂, u), P⁻ = Φ (P + Q T/2) Φᵀ + Q T/2 with Φ = ∂Step/∂x̂: the plant's explicit step over the period T as
@@ -27,6 +34,7 @@ def filtered(loop: Fitted, w: Assembly, z: Sequence[Scalar], samples: Pair, refe
     Args:
         loop: whose estimator is a filter. w: of the step. z: memory.
         samples, references: measured values and references at the older and at this sample.
+        outputs: gets `innovation<k>`, what measured value k differs from its prediction.
 
     Reference:
         D. Simon, "Optimal State Estimation" (2006), sections 5.3, 6.1 and 13.2.
@@ -48,6 +56,7 @@ def filtered(loop: Fitted, w: Assembly, z: Sequence[Scalar], samples: Pair, refe
     given = roles(z=x, y=samples[1], u=u, r=references[1])
     innovations = list(w.call(loop.written(shown), given).values())
     found = w.call(loop.written(tangents(shown, [f"z{k}" for k in range(n)], piecewise=True)), given)
+    outputs |= {f"innovation{k}": value for k, value in enumerate(innovations)}
     before, zero = list(x), w.constant(0.0)
     for k, innovation in enumerate(innovations):
         slope = [found.get(f"v{k}/z{i}", zero) for i in range(n)]

@@ -18,7 +18,9 @@ class Step:
     Slots: `y<k>` measured value k as the sensor gives it, `r<k>` reference k; `z<k>` states of estimator and
     controller, `yn<k>` measured values after the quantiser, `e<k>` estimates, `c<k>` commands, `h<k>_<j>` limited
     commands, j samples old, `late<k>` what the drive gets from `delay` on, `early<k>` before; `believed<k>` what the
-    estimator takes for the input; `fault` 0, or NaN where a number was not finite.
+    estimator takes for the input; `fault` 0, or NaN where a number was not finite; `code` the sum of the bits of
+    `Fault`. With faults to watch for: `rn<k>` references after the check of their range, `elapsed` seconds since the
+    last call, `missed` whether there is no new sample, and the counters `absent`, `astray`, `calm` and `lost`.
 
     Attributes:
         stages: kernels, one after the other: read and advance, then command.

@@ -24,6 +24,7 @@ from ulna.loop import (
     Pwm,
     Quantiser,
     RungeKutta4,
+    SafeOutput,
     Saturation,
     SlewLimit,
 )
@@ -66,7 +67,7 @@ LOOP = Loop(plant=PLANT, controller=LAW, hardware=Hardware(period=0.1))
         ),
         (lambda: Hardware(period=0.1, clock=Jitter(width=0.2)), "not shorter than the period"),
         (lambda: Hardware(period=0.1, end_stops=(EndStop(position="x", velocity="v"),) * 2), "one position has two"),
-        (lambda: Guard(output=float("inf")), "finite number"),
+        (lambda: SafeOutput(float("inf")), "finite number"),
         (lambda: Guard(largest=0.0), "positive"),
         (lambda: FixedSteps(number=0), "at least one step"),
         (lambda: FixedSteps(order=3), "order 2 or 4"),

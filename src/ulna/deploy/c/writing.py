@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
@@ -14,7 +15,7 @@ from jinja2 import DictLoader, Environment, StrictUndefined
 
 from ulna.deploy.firmware import Firmware, Port
 from ulna.deploy.target import Target
-from ulna.loop import Pwm
+from ulna.loop import Fault, Hold, Pwm, Reaction, SafeOutput
 from ulna.program import C_FLAGS, Operation, Precision, c_header, c_literal, c_statements
 
 DESIGN = "design.json"
@@ -99,7 +100,13 @@ def _words(made: Firmware, target: Target) -> dict[str, Any]:
     steps = {signal.name: sensor.step for signal, sensor in sensors if sensor is not None}
     drives = dict(zip((p.signal.name for p in made.commands), made.loop.fit({}).drives, strict=True))
     supplies = {name: drive.supply for name, drive in drives.items() if isinstance(drive, Pwm)}
+    ranges = list(zip(made.loop.wiring.references, made.loop.fit({}).ranges, strict=True))
+    watched = {what: getattr(hardware, what) for what in ("guard", "deadline", "innovation")}
     return {
+        "faults": [Fault.NOT_FINITE, *([Fault.LATE] if hardware.watches else [])],
+        "reactions": {what: _reaction(each.reaction) for what, each in watched.items() if each is not None},
+        "ranges": [(signal, bounds) for signal, bounds in ranges if bounds is not None],
+        "unchecked": [signal for signal, bounds in ranges if bounds is None],
         "version": version("ulna"),
         "made": made,
         "target": target,
@@ -117,7 +124,7 @@ def _words(made: Firmware, target: Target) -> dict[str, Any]:
         "lines": lines,
         "new_memory": [(name, by_slot[slot]) for slot, name in made.memory.items()],
         "outputs": [(port.name, by_slot[port.slot]) for port in (*made.commands, *made.estimates)],
-        "fault": by_slot["fault"],
+        "fault": by_slot["code"],
         "initial": [(name, c_literal(made.initial[slot], made.precision)) for slot, name in made.memory.items()],
         "literal": lambda value: c_literal(float(value), made.precision),
         "inputs": [(port, _limits(port)) for port in made.inputs],
@@ -146,6 +153,16 @@ def _body(made: Firmware) -> tuple[list[tuple[str, str]], list[str], list[str]]:
             locals_.append((names[-1], read))
     pairs, results = c_statements(kernel, names, precision=made.precision)
     return locals_, [f"{name} = {text}" for name, text in pairs], results
+
+
+def _reaction(reaction: Reaction) -> str:
+    """What is commanded, as the end of a sentence."""
+    if isinstance(reaction, SafeOutput):
+        given = reaction.output
+        if not isinstance(given, Mapping):
+            return f"{given:g} is commanded"
+        return ", ".join(f"{cell(name)} is commanded {value:g}" for name, value in given.items())
+    return "the command is held" if isinstance(reaction, Hold) else "the controller goes on"
 
 
 def _limits(port: Port) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ulna.base import UlnaError
 from ulna.deploy.errors import DeployError
-from ulna.deploy.firmware import Firmware, Port, firmware
+from ulna.deploy.firmware import ELAPSED, Firmware, Port, firmware
 from ulna.deploy.fmu.part import Model, Variable
 from ulna.deploy.names import c_name
 from ulna.loop import Loop, Pwm, Steps, applied, fingerprint
@@ -32,8 +32,8 @@ def controller_model(loop: Loop, initial: Mapping[str, float]) -> Model:
         )
         for p in (*made.commands, *made.estimates)
     ]
-    fault = Signal(name="fault", text="1 where a number was not finite at the last sample")
-    variables.append(Variable(name="fault", signal=fault, slot="fault", causality="output", flag=True))
+    fault = Signal(name="fault", text="1 where something was wrong at the last sample")
+    variables.append(Variable(name="fault", signal=fault, slot="code", causality="output", flag=True))
     shown = {v.slot for v in variables}
     variables += [
         Variable(name=name, signal=Signal(name=name), slot=slot, causality="local", start=made.initial[slot])
@@ -50,7 +50,7 @@ def controller_model(loop: Loop, initial: Mapping[str, float]) -> Model:
         sample=(made.kernel,),
         motion=(),
         shown=(),
-        numbers={"missed": 0.0},
+        numbers={"missed": 0.0, "elapsed": made.hardware.period or 0.0},
         period=made.hardware.period or 0.0,
         sampled=True,
         dense=False,
@@ -65,7 +65,7 @@ def _inputs(made: Firmware) -> tuple[Port, ...]:
             f"it is told what the amplifier of {told[0]} applied, which stands in the loop.",
             "Export the loop.",
         )
-    return made.inputs
+    return tuple(port for port in made.inputs if port is not ELAPSED)
 
 
 def loop_model(loop: Loop, initial: Mapping[str, float], steps: int | None) -> Model:
@@ -119,7 +119,7 @@ def loop_model(loop: Loop, initial: Mapping[str, float], steps: int | None) -> M
         sample=(flow.outputs, *loop.step.stages, applied(fitted)),
         motion=flow.motion,
         shown=(flow.outputs,),
-        numbers={**flow.numbers, **loop.step.numbers},
+        numbers={**flow.numbers, **loop.step.numbers, "missed": 0.0, "elapsed": fitted.period},
         period=fitted.period,
         sampled=True,
         dense=not fitted.split and not any(isinstance(d, Pwm) and d.pulsed for d in fitted.drives),

@@ -26,7 +26,7 @@ class Variable:
     Attributes:
         name: as it is shown. signal: unit and text. slot: of the model. start: SI, before the first sample.
         causality: "input", "output", "parameter" (set before the start) or "local" (a state, its start may be set).
-        further: slots that begin with the same value. flag: whether 1 is shown where the slot is NaN, else 0.
+        further: slots that begin with the same value. flag: whether 1 is shown where the slot is not 0.
     """
 
     name: str

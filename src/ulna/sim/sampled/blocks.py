@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from ulna.loop import Fitted, Flow, Program, Repeat, Step, applied
+from ulna.loop import Fitted, Flow, Program, Repeat, SafeOutput, Step, applied
 from ulna.program import Assembly, Kernel, Scalar, chained, restricted
 from ulna.sim.figures import BAND
 from ulna.sim.sampled.figures import effort, entries, output_figures
@@ -196,6 +196,8 @@ def _clock(loop: Fitted) -> list[Kernel]:
     if hardware.jitter:
         found = {"earlier": w.input("time"), "time": w.input("next")}
         found["next"] = w.input("clock") + w.input("jitter") * w.input("uniform_jitter")
+    if hardware.told_elapsed:
+        found["elapsed"] = found["time"] - found["earlier"] if hardware.jitter else w.input("period")
     if hardware.missed:
         # The first sample is never missed: the controller has to start.
         found["missed"] = w.input("uniform_missed").less(w.input("missed_share")).both(w.input("begun"))
@@ -231,7 +233,7 @@ def _check(loop: Fitted, states: int) -> Kernel:
     A guard with a safe output lives with faults.
     """
     w, guard = Assembly("check"), loop.hardware.guard
-    norm = w.input("fault") if guard is None or guard.output is None else w.constant(0.0)
+    norm = w.input("fault") if guard is None or not isinstance(guard.reaction, SafeOutput) else w.constant(0.0)
     for value in w.inputs("x", states):
         norm = value.fused(value, norm)
     return w.finished({"norm": norm, "trouble": norm.less(w.input("bound_square")).negated()})

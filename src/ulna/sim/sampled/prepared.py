@@ -160,6 +160,7 @@ def recorded(loop: Fitted) -> tuple[str, ...]:
     names += [f"e{k}" for k in range(len(wiring.estimates))]
     for k in range(len(wiring.driven)):
         names += [f"c{k}", f"h{k}_0", f"ub{k}"] + ([f"ua{k}"] if loop.split else [])
+    names += ["code"] if loop.hardware.watches else []
     return (*names, *(f"hit{k}" for k in range(len(loop.walls))))
 
 
@@ -179,6 +180,8 @@ def _series(loop: Loop, record: tuple[str, ...]) -> tuple[tuple[int, str, Signal
             name, row = label.format(signal.name), rows.get(slot.format(k))
             if row is not None:
                 found.setdefault(name, (row, role, Signal(name=name, unit=signal.unit, text=signal.text)))
+    if "code" in rows:
+        found.setdefault("fault", (rows["code"], "fault", Signal(name="fault", text="fault code of the processor")))
     return tuple(found.values())
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ulna.loop import Amplifier, EndStop, Guard, Hardware, MeasurementNoise, Quantiser
+from ulna.loop import Amplifier, EndStop, Guard, Hardware, MeasurementNoise, Quantiser, SafeOutput
 from ulna.studies.prosthesis.plant import Bench
 from ulna.studies.prosthesis.tasks import PERIOD
 
@@ -37,5 +37,5 @@ def hardware_of(bench: Bench) -> Hardware:
             },
         ),
         end_stops=(EndStop(position="theta", velocity="omega", lower=bench.walls[0], upper=bench.walls[1]),),
-        guard=Guard(output=0.0, largest=LOST),
+        guard=Guard(reaction=SafeOutput(0.0), largest=LOST),
     )

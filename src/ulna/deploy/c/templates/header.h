@@ -57,7 +57,7 @@ typedef struct
 {% for port in made.estimates %}
     {{ real }} {{ port.name }}; /* {{ port.signal.name|comment }} [{{ port.signal.unit|comment or "1" }}] */
 {% endfor %}
-    int32_t fault; /* 1: a number was not finite at this sample, see README.md */
+    int32_t fault; /* 0, or the sum of the bits of what is wrong at this sample, see README.md */
 } {{ name }}_output;
 
 void {{ name }}_init({{ name }}_memory *memory);

@@ -40,11 +40,7 @@ void {{ name }}_step({{ name }}_memory *memory, const {{ name }}_input *input, {
 {% for port, value in outputs %}
     output->{{ port }} = {{ value }};
 {% endfor %}
-    output->fault = 0;
-    if (isnan({{ fault }}) != 0)
-    {
-        output->fault = 1;
-    }
+    output->fault = (int32_t){{ fault }};
 {% if not inputs %}
     (void)input;
 {% endif %}

@@ -95,7 +95,7 @@ int model_advance(model *m, double length)
 static double read_slot(const model *m, int k)
 {
     const double value = m->s[variables[k].slot];
-    return variables[k].flag != 0 ? (value == value ? 0.0 : 1.0) : value;
+    return variables[k].flag != 0 ? (value == 0.0 ? 0.0 : 1.0) : value;
 }
 
 int model_get(const model *m, unsigned reference, double *value)
