@@ -58,3 +58,18 @@ def test_half_a_unit_is_refused(text):
 def test_what_is_no_unit_is_refused(text):
     with pytest.raises(UnitError):
         unit(text)
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [("Ohm", "'ohm'"), ("N*volts", "'V'"), ("MHZ", "'mHz' or 'MHz'"), ("Seconds", "'s'"), ("NM", "'Nm'")],
+)
+def test_a_unit_in_full_or_in_other_letters_is_told_its_symbol(written: str, meant: str) -> None:
+    with pytest.raises(UnitError, match=f"Did you mean {meant}\\?"):
+        unit(written)
+
+
+def test_what_resembles_no_unit_is_not_given_one() -> None:
+    with pytest.raises(UnitError) as caught:
+        unit("furlong")
+    assert "Did you mean" not in str(caught.value)

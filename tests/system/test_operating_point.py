@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from ulna.base import Status
-from ulna.system import equilibrium, system_from_mapping
+from ulna.system import equilibrium, starting_point, system_from_mapping
 
 
 def plant(states, *, parameters=None, point=None, inputs=("u",)):
@@ -80,3 +80,21 @@ def test_the_verdict_tells_how_the_point_was_found():
     assert method({"x": "x - 3 + u"}) == "solved exactly"
     assert method({"x": "cos(x) - x + u"}, point={"u": 0}) == "Newton's method"
     assert method({"x": "1 + x**2"}, inputs=()) is None
+
+
+COIL = {"d": "s", "s": "g - c*i**2/d**2", "i": "u - R*i"}
+NUMBERS = {"g": "10", "c": "0.001", "R": 2}
+
+
+def test_a_run_starts_at_rest_at_the_operating_point():
+    ball = plant(COIL, parameters=NUMBERS, point={"d": "0.01"})
+    assert starting_point(ball).numbers == {"d": 0.01, "s": 0.0, "i": pytest.approx(1.0)}
+
+
+def test_a_run_starts_as_given_where_nothing_rests_there():
+    falling = plant({"d": "s", "s": "10"}, point={"d": 3}, inputs=())
+    assert starting_point(falling).numbers == {"d": 3.0, "s": 0.0}
+
+
+def test_without_an_operating_point_a_run_starts_at_zero():
+    assert starting_point(plant(COIL, parameters=NUMBERS)).numbers == {"d": 0.0, "s": 0.0, "i": 0.0}

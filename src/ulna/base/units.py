@@ -83,6 +83,15 @@ _BASE: dict[str, tuple[Fraction, int, str]] = {
 }
 """Factor to SI, degrees and quantity."""
 
+_WORDS = {
+    "ampere": "A", "amp": "A", "farad": "F", "gram": "g", "henry": "H", "hertz": "Hz", "hour": "h", "hr": "h",
+    "joule": "J", "kelvin": "K", "kilogram": "kg", "kilo": "kg", "liter": "l", "litre": "l", "meter": "m", "metre": "m",
+    "minute": "min", "newton": "N", "ohm": "ohm", "pascal": "Pa", "radian": "rad", "sec": "s", "second": "s",
+    "volt": "V", "watt": "W", "inch": "in", "foot": "ft", "feet": "ft", "pound": "lb", "percent": "%", "rads": "rad",
+    "sek": "s",
+}  # fmt: skip
+"""What people write out, for hints only."""
+
 _PREFIXES = {"n": -9, "µ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
 _TOKEN = re.compile(
     r"\s*(?:(?P<sign>[*·/()])|(?P<name>[A-Za-zµΩ°%]+|1)(?:(?:\^|\*\*)(?P<power>-?\d)|(?P<raised>[²³]))?)"
@@ -149,9 +158,24 @@ def _named(name: str, text: str) -> Unit:
         found = _without_prefix(name[1:])
         found = found and _times(_made(name, Fraction(10) ** _PREFIXES[name[0]]), found, 1)
     if found is None:
-        hint = "SI symbols with prefixes are known (mH, N*m, rad/s), and deg, rpm, min, h, l, in, lb."
+        known = "SI symbols with prefixes are known (mH, N*m, rad/s), and deg, rpm, min, h, l, in, lb."
+        meant = _meant(name)
+        hint = f"Did you mean {' or '.join(repr(symbol) for symbol in meant)}? {known}" if meant else known
         raise UnitError(f"unit '{text}'", f"'{name}' is unknown.", hint)
     return found
+
+
+def _meant(name: str) -> list[str]:
+    """The symbols that somebody who wrote this may have meant: of a word in full, or in other letters of case."""
+    folded = name.casefold()
+    word = _WORDS.get(folded) or _WORDS.get(folded.removesuffix("s"))
+    if word:
+        return [word]
+    symbols = [*_BASE, *_DERIVED, *_WITHOUT_PREFIX]
+    prefixed = [prefix + symbol for prefix in _PREFIXES for symbol in [*_BASE, *_DERIVED]]
+    return [symbol for symbol in symbols if symbol.casefold() == folded] or [
+        symbol for symbol in prefixed if symbol.casefold() == folded
+    ]
 
 
 def _without_prefix(name: str) -> Unit | None:

@@ -174,13 +174,13 @@ def _hardware(
 def _initial(
     loop: Loop, controller: Controller | ExtendedLaw | System | None, run: RunOptions, varied: Collection[str]
 ) -> dict[str, float]:
-    """Where the run starts: what is typed, else the operating points of the files, else zero."""
-    from ulna.system import System
+    """Where the run starts: what is typed, else at rest at the operating point, else as the files say, else zero."""
+    from ulna.system import System, given_point, starting_point
 
     signals = {s.name: s for s in (*_memory(loop), *loop.plant.states)}
-    plant, memory = _given_states(loop.plant), {}
+    plant, memory = starting_point(loop.plant).numbers, {}
     if isinstance(controller, System):
-        memory = _given_states(controller)
+        memory = given_point(controller).numbers
     elif controller is not None:
         memory = {name: value for name, value in controller.initial.items() if name in signals}
     memory |= {f"{name}_hat": value for name, value in _estimates(loop, run.observer_initial, signals).items()}
@@ -223,13 +223,6 @@ def _typed_states(text: str, option: str, names: Sequence[str]) -> Iterator[tupl
         raise SimulationError(f"{option} '{text}'", found, f"Give one for each, or by name: '{names[0]}=1'.")
     for name, part in zip(names, parts, strict=False):
         yield name, part, f"{option} '{text}'"
-
-
-def _given_states(system: System) -> dict[str, float]:
-    """The states that a file gives for its operating point, by name; zero where it gives none."""
-    from ulna.system import given_point
-
-    return given_point(system).numbers
 
 
 def _memory(loop: Loop) -> tuple[Signal, ...]:

@@ -175,15 +175,15 @@ class RunOptions:
         _run(
             "--initial",
             help="Initial states of the plant in order, '1,0,0', or by name, 'theta=30deg, omega=0', estimates and "
-            "controller's states too; SI or with unit. Left out: the operating point that the file gives, else zero.",
+            "controller's states too; SI or with unit. Left out: at rest at the file's operating point, else zero.",
         ),
     ] = ""
     observer_initial: Annotated[
         str,
         _run(
             "--observer-initial",
-            help="Initial estimates in the order of the plant's states, '0.1,0', or by the state's name. Left out: the "
-            "operating point that the file gives, else zero.",
+            help="Initial estimates in the order of the plant's states, '0.1,0', or by the state's name. Left out: "
+            "where the plant starts.",
         ),
     ] = ""
     horizon: Annotated[float, _run("--horizon", help="Length of a run, s.")] = 5.0

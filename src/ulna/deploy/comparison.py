@@ -19,7 +19,7 @@ from ulna.deploy.library import library
 from ulna.loop import Loop
 from ulna.program import Precision
 from ulna.sim import Trajectory, as_input, input_values, simulate
-from ulna.system import given_point
+from ulna.system import starting_point
 
 REPLAYED = 5000
 """Samples of a folder in single precision that NumPy computes, too: the simulator has double precision only."""
@@ -90,7 +90,7 @@ def compare(
         raise DeployError("a comparison", "the loop has missed samples, which no record tells.", "Leave them out.")
     double = firmware(loop, precision=Precision.DOUBLE)
     period = double.loop.fit({}).period
-    point = given_point(loop.plant).numbers
+    point = starting_point(loop.plant).numbers
     start = {s.name: float(point[s.name]) for s in loop.plant.states} | dict(initial or {})
     run = simulate(double.loop, start, samples * period, inputs=inputs or {}, throw=False)
     rows = _given(made, run, inputs or {})

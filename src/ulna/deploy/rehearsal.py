@@ -12,7 +12,7 @@ from ulna.deploy.errors import DeployError
 from ulna.deploy.firmware import Firmware
 from ulna.loop import Loop, applied, unrolled
 from ulna.program import Kernel, to_python
-from ulna.system import given_point
+from ulna.system import starting_point
 
 PUSH = 0.1
 """SI, by which every state of the plant begins away from its operating point, and the size of references."""
@@ -74,7 +74,7 @@ class _Run:
         self.slots |= {f"plant_{name}": value for name, value in constants.items()}
         found = _evaluated(flow.constants, constants)
         self.slots |= {f"plant_{name}": value for name, value in found.items()} | found
-        point = given_point(loop.plant).numbers
+        point = starting_point(loop.plant).numbers
         self.slots |= {f"believed{k}": 0.0 for k in range(len(loop.wiring.driven))}
         push = PUSH if loop.hardware is None or loop.hardware.innovation is None else NUDGE
         self.slots |= {f"x{k}": float(point[s.name]) + push for k, s in enumerate(loop.plant.states)}

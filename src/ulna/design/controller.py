@@ -19,7 +19,7 @@ from ulna.design.observers import (
     local_observer,
 )
 from ulna.plants import PlantLike, as_plant
-from ulna.system import System, controlled_part, measured_part, with_uses
+from ulna.system import System, controlled_part, measured_part, starting_point, with_uses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,14 +53,14 @@ class Controller:
 
     @property
     def initial(self) -> Mapping[str, float]:
-        """Where the observer's states start: estimates at the operating point that the plant gives, else at zero.
+        """Where the observer's states start: estimates where the plant starts unless told otherwise.
 
         A filter's covariance starts at its initial value.
         """
         if self.observer is None:
             return {}
-        given, names = dict(self.plant.operating_point), [s.name for s in self.plant.states]
-        starts = {f"{name}_hat": float(given.get(name, 0)) for name in names}
+        point = starting_point(self.plant).numbers
+        starts = {f"{s.name}_hat": point[s.name] for s in self.plant.states}
         return starts | {name: float(value) for name, value in self.observer.initial.items()}
 
     def __repr__(self) -> str:

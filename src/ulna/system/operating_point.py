@@ -139,6 +139,19 @@ def given_point(system: System, *, tried: str = "not asked for a large plant") -
     return _point(system, point, Verdict.undecided(_claim(system), reason=tried))
 
 
+def starting_point(system: System) -> Equilibrium:
+    """Where a run starts unless told otherwise: at rest as the operating point asks, else as given, else at zero.
+
+    A file without an operating point asks for none, and one that gives every state leaves nothing to be found.
+    """
+    given = {name for name, _ in system.operating_point}
+    if given and not given.issuperset(s.name for s in system.states):
+        found = equilibrium_in_numbers(system)
+        if found.verdict.holds:
+            return found
+    return given_point(system)
+
+
 def given_values(system: System) -> dict[sp.Symbol, sp.Expr]:
     """What the file gives for states and inputs, by symbol."""
     return {sp.Symbol(name, real=True): value for name, value in system.operating_point}
@@ -175,6 +188,8 @@ def nearest_solution(
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """The exact real solution nearest to a point; unknowns that stay free keep their values there. None without one.
 
+    Of two that lie equally near, as currents of either sign whose square pulls, it is the one whose values are larger.
+
     Args:
         equations, unknowns: what is solved for what.
         start: value by unknown.
@@ -187,27 +202,32 @@ def nearest_solution(
     found = solutions_in_time(equations, unknowns, seconds=_SECONDS)
     if found is None:
         raise TooHardError
-    best: tuple[float, dict[sp.Symbol, sp.Expr]] | None = None
+    best: tuple[float, float, dict[sp.Symbol, sp.Expr]] | None = None
     for solution in found:
         free = {u: start[u] for u in unknowns if u not in solution}
         point = {u: free[u] if u in free else solution[u].subs(free) for u in unknowns}
-        distance = _distance(point, start, numbers)
-        if distance is not None and (best is None or distance < best[0]) and counts(point):
-            best = (distance, point)
-    return None if best is None else best[1]
+        away = _away(point, start, numbers)
+        if away is not None and (best is None or _nearer(away, best[:2])) and counts(point):
+            best = (*away, point)
+    return None if best is None else best[2]
 
 
-def _distance(
+def _nearer(away: tuple[float, float], best: tuple[float, float]) -> bool:
+    alike = abs(away[0] - best[0]) <= 1e-9 * max(away[0], best[0])
+    return away[1] > best[1] if alike else away[0] < best[0]
+
+
+def _away(
     point: Mapping[sp.Symbol, sp.Expr], start: Mapping[sp.Symbol, sp.Expr], numbers: Mapping[sp.Symbol, sp.Expr]
-) -> float | None:
-    """How far two points lie apart in numbers; None if one is not real."""
-    total = 0.0
+) -> tuple[float, float] | None:
+    """How far two points lie apart in numbers, and the sum of the differences; None if one is not real."""
+    total = upwards = 0.0
     for symbol, value in point.items():
         number = complex(sp.N(put_in(value - start[symbol], numbers)))
         if abs(number.imag) > 1e-12 or number != number:  # noqa: PLR0124  (NaN differs from itself)
             return None
-        total += abs(number.real)
-    return total
+        total, upwards = total + abs(number.real), upwards + number.real
+    return total, upwards
 
 
 def _solved(

@@ -16,7 +16,7 @@ from ulna.deploy.names import c_name
 from ulna.loop import Loop, Pwm, Steps, applied, fingerprint
 from ulna.program import Assembly, Kernel, Scalar, tangents, to_python
 from ulna.sim import FixedSteps
-from ulna.system import Signal, System, given_point, system_kernel
+from ulna.system import Signal, System, starting_point, system_kernel
 
 MOST_STEPS = 4096
 """Of a plant in a period, where the user does not say how many."""
@@ -81,7 +81,7 @@ def loop_model(loop: Loop, initial: Mapping[str, float], steps: int | None) -> M
     loop, fitted, wiring = made.loop, made.loop.fit({}), made.loop.wiring
     count = steps or _steps_needed(loop.plant, fitted.period)
     flow = loop.flow_by(Steps(number=count), ramps=False)
-    point = given_point(loop.plant).numbers
+    point = starting_point(loop.plant).numbers
     variables = [_input(s, f"r{k}") for k, s in enumerate(wiring.references)]
     variables += [_input(s, f"d{k}") for k, s in enumerate(wiring.disturbances)]
     variables += [_output(s, f"o{k}") for k, s in enumerate(loop.plant.outputs)]
