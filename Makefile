@@ -2,7 +2,7 @@
 #   make reproduce   the paper, equation by equation        make test    all checks and tests
 #   make check       linters, types, layers                 make format  let ruff put the code in order
 #   make bench       the benchmarks                         make pins    renew requirements/*.txt
-#   make fuzz        the fuzzers for hours
+#   make fuzz        the fuzzers for hours                make docs    the documentation as a site
 #   make clean       throw away .venv and caches
 SHELL := /bin/bash
 VENV ?= .venv
@@ -30,7 +30,7 @@ define make_venv
 	fi
 endef
 
-.PHONY: reproduce test check format fuzz bench pins clean
+.PHONY: reproduce test check format fuzz docs bench pins clean
 .DEFAULT_GOAL := test
 
 reproduce: $(VENV)/.base.stamp
@@ -53,6 +53,11 @@ format: $(VENV)/.test.stamp
 # The fuzzers, a hundred times as long as in `make test`, from a seed of the day: about three hours.
 fuzz: $(VENV)/.test.stamp
 	@ULNA_FUZZ=$(or $(TIMES),100) ULNA_FUZZ_SEED=$(or $(SEED),$(shell date +%Y%m%d)) $(BIN)/python -m pytest -n 2 tests/fuzz
+
+# The documentation as a site that opens from its folder: build/site/index.html. ULNA_GALLERY=cart_pole,duffing builds the
+# pages of these plants only.
+docs: $(VENV)/.test.stamp
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 
 bench: $(VENV)/.test.stamp
 	@$(BIN)/python benchmarks/single_run.py

@@ -8,6 +8,7 @@ in the block for type checkers; `tests/house/test_house_public_names.py` compare
 from __future__ import annotations
 
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
@@ -227,7 +228,9 @@ __all__ = ["__version__", *_HOME]  # noqa: PLE0604 (the names are strings)  # py
 
 
 def __getattr__(name: str) -> Any:
-    """Import the public name at its first use and keep it."""
+    """Import the public name, or the package of ulna, at its first use and keep it."""
+    if name not in _HOME and not name.startswith("_") and find_spec(f"ulna.{name}") is not None:
+        return import_module(f"ulna.{name}")
     if name not in _HOME:
         raise AttributeError(f"module 'ulna' has no attribute {name!r}", name=name, obj=None)
     value = getattr(import_module(_HOME[name]), name)

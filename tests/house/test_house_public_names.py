@@ -58,6 +58,12 @@ def test_an_unknown_name_is_an_attribute_error_that_names_it() -> None:
         _ = ulna.controler_form
 
 
+def test_a_package_can_be_reached_without_an_import_of_its_own() -> None:
+    code = "import ulna; print(ulna.certify.prove.__name__, hasattr(ulna, 'nothing'), hasattr(ulna, '_nothing'))"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout == "prove False False\n"
+
+
 def test_a_star_import_brings_the_public_names() -> None:
     code = "from ulna import *; print(Verdict.__name__)"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -37,6 +37,7 @@ def _inside(text: str) -> str:
         (r"34.59", "<mn>34.59</mn>"),
         (r"-x", '<mrow><mo form="prefix">−</mo><mi>x</mi></mrow>'),
         (r"y-x", "<mrow><mi>y</mi><mo>−</mo><mi>x</mi></mrow>"),
+        ("x''", "<msup><mi>x</mi><mo>′′</mo></msup>"),
         (r"\mathbb{R}^n", "<msup><mi>ℝ</mi><mi>n</mi></msup>"),
     ],
 )
@@ -49,6 +50,12 @@ def test_a_matrix_has_its_rows_and_columns_and_brackets() -> None:
     rows = root.findall(".//mtr")
     assert [[cell[0].text for cell in row] for row in rows] == [["1", "2", "3"], ["4", "5", "6"]]
     assert [mark.text for mark in root.findall("mo")] == ["[", "]"]
+
+
+def test_equations_below_each_other_are_aligned_without_brackets() -> None:
+    root = ET.fromstring(_inside(mathml(r"\begin{aligned}\dot{x} &= y \\ y &= 1\end{aligned}")))  # noqa: S314
+    assert [len(row) for row in root.iter("mtr")] == [2, 2]
+    assert root.findall("mo") == []
 
 
 @pytest.mark.parametrize(

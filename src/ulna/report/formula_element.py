@@ -19,6 +19,7 @@ from ulna.report.letters import ACCENTS, BRACKETS, DOUBLE_STRUCK, FUNCTIONS, LET
 _WORD: Final = re.compile(r"\\[a-zA-Z]+|\\.|\d+(?:\.\d+)?|\s+|.")
 _STOPS: Final = frozenset({"}", r"\right", r"\end", "&", r"\\"})
 _SIGNED: Final = frozenset({"-", "+", r"\pm", r"\mp"})
+_ALIGNED: Final = (' style="text-align: right; padding-right: 0"', ' style="text-align: left; padding-left: 0.2em"')
 _THIN: Final = '<mspace width="0.167em"></mspace>'
 
 
@@ -126,8 +127,11 @@ def _with_scripts(reader: _Reader, base: str) -> str:
             reader.at += 1
             above = _argument(reader)
         elif reader.peek() == "'" and not above:
-            reader.at += 1
-            above = "<mo>′</mo>"
+            primes = 0
+            while reader.peek() == "'":
+                reader.at += 1
+                primes += 1
+            above = f"<mo>{'′' * primes}</mo>"
         else:
             break
     if below and above:
@@ -255,7 +259,8 @@ def _environment(reader: _Reader) -> str:
         raise reader.refuse(f"the environment '{kind}' is not among those that can be set.")
     rows: list[list[str]] = [[]]
     while True:
-        rows[-1].append(f"<mtd>{_row(reader, frozenset())}</mtd>")
+        side = "" if kind != "aligned" else _ALIGNED[len(rows[-1]) % 2]
+        rows[-1].append(f"<mtd{side}>{_row(reader, frozenset())}</mtd>")
         word = reader.take()
         if word == r"\\":
             rows.append([])
@@ -266,7 +271,8 @@ def _environment(reader: _Reader) -> str:
     if _words(reader) != kind:
         raise reader.refuse(f"'\\begin{{{kind}}}' has no end of its own.")
     table = "".join(f"<mtr>{''.join(cells)}</mtr>" for cells in rows if cells != ["<mtd><mrow></mrow></mtd>"])
-    return _fenced(MATRICES[kind][0], f"<mtable>{table}</mtable>", MATRICES[kind][1])
+    style = ' displaystyle="true"' if kind == "aligned" else ""
+    return _fenced(MATRICES[kind][0], f"<mtable{style}>{table}</mtable>", MATRICES[kind][1])
 
 
 _STRUCTURES: Final = {

@@ -47,7 +47,13 @@ BRACKETS: Final = {
 }  # fmt: skip
 """What may follow `\\left` and `\\right`."""
 
-MATRICES: Final = {"matrix": ("", ""), "bmatrix": ("[", "]"), "pmatrix": ("(", ")"), "cases": ("{", "")}
+MATRICES: Final = {
+    "matrix": ("", ""),
+    "bmatrix": ("[", "]"),
+    "pmatrix": ("(", ")"),
+    "cases": ("{", ""),
+    "aligned": ("", ""),
+}
 """Environment → its brackets."""
 
 DOUBLE_STRUCK: Final = {"R": "ℝ", "C": "ℂ", "N": "ℕ", "Z": "ℤ", "Q": "ℚ"}
