@@ -30,7 +30,7 @@ define make_venv
 	fi
 endef
 
-.PHONY: reproduce test check format fuzz docs bench pins clean
+.PHONY: reproduce test check format fuzz docs release bench pins clean
 .DEFAULT_GOAL := test
 
 reproduce: $(VENV)/.base.stamp
@@ -58,6 +58,10 @@ fuzz: $(VENV)/.test.stamp
 # pages of these plants only.
 docs: $(VENV)/.test.stamp
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
+
+# The changelog from its fragments, the wheel tried in a fresh environment, a commit and a tag: make release VERSION=0.2.0
+release: check
+	@$(BIN)/python .ci/release.py "$(VERSION)"
 
 bench: $(VENV)/.test.stamp
 	@$(BIN)/python benchmarks/single_run.py
