@@ -41,7 +41,19 @@ def test_a_verdict_restated_keeps_its_answer_its_evidence_and_what_it_rests_on(s
     first = Verdict(claim="a", status=status, evidence={"rank": 2})
     again = first.restated("b", point=3).restated("c")
     assert (again.claim, again.status) == ("c", status)
-    assert dict(again.evidence) == {"because": "a", "rank": 2, "point": 3}
+    assert dict(again.evidence) == {_PART.get(status, "because"): "a", "rank": 2, "point": 3}
+    assert again.rests_on == "a"
+
+
+_PART = {Status.REFUTED: "fails", Status.UNDECIDED: "open"}
+
+
+@pytest.mark.parametrize("status", Status)
+def test_what_an_answer_rests_on_never_reads_as_its_opposite(status):
+    given = Verdict(claim="a", status=status, evidence={"fails": "old", "because": "b", "rank": 2})
+    assert given.rests_on == "b"
+    assert ("because" in given.evidence) is given.holds
+    assert Verdict(claim="a", status=status).rests_on is None
 
 
 def _verdict(status):
@@ -60,7 +72,7 @@ def test_a_conjunction_is_as_sure_as_its_least_sure_part():
     assert all_of("all", [unknown, likely]).status is Status.UNDECIDED
     refuted = all_of("all", [unknown, wrong, likely])
     assert refuted.status is Status.REFUTED
-    assert refuted.evidence["because"] == "wrong"
+    assert refuted.evidence["fails"] == "wrong"
     assert refuted.evidence["at"] == "x = 1"
 
 

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
-from typer.main import get_command
-
-from ulna.cli.main import app
+from terminal import parse
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -23,16 +19,6 @@ def commands(text: str) -> Iterator[str]:
     for line in joined.splitlines():
         if re.match(r"\$ ulna [a-z]", line) and not re.search(r"\.\.\.|…", line):
             yield line.removeprefix("$ ulna ")
-
-
-def parse(command: str) -> None:
-    """Read the options of a command without running it."""
-    group: Any = get_command(app)
-    rest = shlex.split(command, comments=True)
-    context = group.make_context("ulna", rest)
-    while hasattr(group, "resolve_command"):
-        _, group, rest = group.resolve_command(context, rest)
-        context = group.make_context("", rest, parent=context)
 
 
 @pytest.mark.parametrize("command", [each for page in PAGES for each in commands(page.read_text(encoding="utf-8"))])

@@ -111,7 +111,9 @@ def test_a_killed_command_leaves_nobody_behind() -> None:
 def test_a_command_answers_in_its_seconds_and_names_what_ran_out(tmp_path: Path) -> None:
     plant = tmp_path / "hard.toml"
     plant.write_text(HARD)
-    done = subprocess.run(ulna("analyse", str(plant), "--seconds", "8", "--json"), check=False, capture_output=True)
+    done = subprocess.run(
+        ulna("analyse", str(plant), "--seconds", "8", "--json", "--evidence"), check=False, capture_output=True
+    )
     assert done.returncode == 0, done.stderr
     answers = json.loads(done.stdout)
     assert len(answers) > 15

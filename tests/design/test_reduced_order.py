@@ -74,7 +74,7 @@ def test_a_fast_state_that_does_not_settle_is_refused_by_the_verdict() -> None:
     )
     verdict = reduced_order(unstable, ["z"], period=1.0).verdict
     assert verdict.fails
-    assert "does not settle" in verdict.evidence["because"]
+    assert "does not settle" in verdict.evidence["reason"]
 
 
 def test_names_and_rates_that_determine_nothing_are_refused() -> None:

@@ -381,4 +381,4 @@ def test_analysis_answers_what_there_is_in_discrete_time() -> None:
     assert ulna.analyse(linear(2.5 * A, B, C))["stable"].value is False
     edge = ulna.analyse(linear(2 * A, B, C))["stable"]
     assert edge.value is None
-    assert "unit circle" in edge.verdict.evidence["because"]
+    assert "unit circle" in edge.verdict.evidence["reason"]

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import subprocess
 import sysconfig
 from pathlib import Path
 from typing import Any
 
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from ulna.cli.main import app
@@ -30,6 +32,16 @@ def entry_point(*arguments: str) -> subprocess.CompletedProcess[str]:
     """The result of the installed program in a process of its own."""
     program = Path(sysconfig.get_path("scripts")) / "ulna"
     return subprocess.run([str(program), *arguments], capture_output=True, text=True, check=False)
+
+
+def parse(command: str) -> None:
+    """Read the options of a command without running it."""
+    group: Any = get_command(app)
+    rest = shlex.split(command, comments=True)
+    context = group.make_context("ulna", rest)
+    while hasattr(group, "resolve_command"):
+        _, group, rest = group.resolve_command(context, rest)
+        context = group.make_context("", rest, parent=context)
 
 
 def answered(*arguments: str) -> Any:

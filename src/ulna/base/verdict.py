@@ -24,13 +24,19 @@ class Status(StrEnum):
     """Nothing can be said: the evidence tells what was tried."""
 
 
+_PARTS = {Status.REFUTED: "fails", Status.UNDECIDED: "open"}
+"""Key of the claim that an answer rests on, "because" where that claim holds: under a "no" it is one that fails."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
     """A claim, how it stands, and the evidence.
 
     It is no bool: `if verdict` raises. Ask `holds`, `fails` or `status`.
     Evidence is a mapping of short names to plain values or expressions (the bracket that leaves the span,
-    the point, the minor, the number of sampled points, the seed, the tolerance).
+    the point, the minor, the number of sampled points, the seed, the tolerance). The claim that the answer rests on
+    stands under `because` where it holds, under `fails` where it is refuted, under `open` where it is undecided, so
+    that nothing reads as its opposite; a reason in words stands under `reason`.
     """
 
     claim: str
@@ -38,7 +44,13 @@ class Verdict:
     evidence: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "evidence", MappingProxyType(dict(self.evidence)))
+        evidence = dict(self.evidence)
+        if self.status in _PARTS and "because" in evidence:
+            # In its place, and in place of what a part of the claim has under that name.
+            name = _PARTS[self.status]
+            evidence.pop(name, None)
+            evidence = {name if key == "because" else key: value for key, value in evidence.items()}
+        object.__setattr__(self, "evidence", MappingProxyType(evidence))
 
     @classmethod
     def proved(cls, claim: str, /, **evidence: Any) -> Verdict:
@@ -62,7 +74,13 @@ class Verdict:
 
     def restated(self, claim: str, /, **evidence: Any) -> Verdict:
         """The same answer to another claim, which rests on this one: its evidence, and what is given besides."""
-        return Verdict(claim=claim, status=self.status, evidence={"because": self.claim, **self.evidence, **evidence})
+        why = _PARTS.get(self.status, "because")
+        return Verdict(claim=claim, status=self.status, evidence={why: self.claim, **self.evidence, **evidence})
+
+    @property
+    def rests_on(self) -> Any:
+        """The part of the claim that the answer rests on: holding, failing or open as the claim itself; else None."""
+        return self.evidence.get(_PARTS.get(self.status, "because"))
 
     @property
     def holds(self) -> bool:

@@ -3,49 +3,99 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from ulna.cli.asked_plant import plant_of
+import typer
+
+from ulna.cli.asked_plant import plant_of, ranges_of
+from ulna.cli.completion import complete_question
+from ulna.cli.layout import broken, columns, numbered, say, shown, write_rows
+from ulna.cli.next_step import next_step
 from ulna.cli.option_groups import with_groups
-from ulna.cli.options import AsJson, PlantOptions, Seconds
+from ulna.cli.options import AsJson, Exact, PlantOptions, Seconds
 from ulna.cli.patience import take_time
 from ulna.cli.supervisor import finished, keep
-from ulna.cli.terminal import console, line, print_json, progress
-from ulna.cli.wording import reason_label
+from ulna.cli.terminal import print_json, progress
+from ulna.cli.wording import evidence_label
 
 if TYPE_CHECKING:
     from ulna.base import Verdict
     from ulna.design import Analysis, Answer
 
-_COLOURS = {"proved": "green", "refuted": "red", "supported": "yellow", "undecided": "dim"}
+_NESTED = ("zero_dynamics", "dynamic_extension", "rest_points", "linearisation")
+"""Answers whose parts hold equations or numbers of their own."""
+
+_TELLING = ("fails", "open", "reason", "ran_out", "contradiction", "bracket", "observable_while", "tried")
+"""What of the evidence is always shown; the rest on demand."""
+
+_COLOURS = {"proved": "green", "refuted": "red", "supported": "yellow", "undecided": "bright_black"}
 
 
 @with_groups
 def analyse(
     plant: PlantOptions,
+    question: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY",
+            help="Answer this question only: 'involutive', 'zero_dynamics'. Repeatable.",
+            autocompletion=complete_question,
+        ),
+    ] = None,
+    within: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=LOW:HIGH",
+            help="Look for rest points with the state in this range: 'x=-5:5'. Left out: the plant file's. Repeatable.",
+        ),
+    ] = None,
+    evidence: Annotated[
+        bool, typer.Option("--evidence", help="Show what stands behind every answer, with --json too.")
+    ] = False,
+    exact: Exact = False,
     as_json: AsJson = False,
     seconds: Seconds = None,
 ) -> None:
-    """Answer the questions of nonlinear control for a plant, each with its verdict and evidence.
+    """Say what a plant is, what stands in the way of a controller, and answer every question of nonlinear control.
 
     Relative degree, controllability, involutivity, full-state and state-only linearisation, observability, observer
-    form, zero dynamics, dynamic extension: docs/analysis.md says what each key means.
+    form, zero dynamics, dynamic extension, rest points: docs/analysis.md says what each key means.
+
+    Examples:
+        ulna analyse one_link_arm
+        ulna analyse plant.toml --question involutive --evidence
+        ulna analyse duffing --question rest_points --within "x=-5:5"
+        ulna analyse cart_pole --json
     """
     share = take_time(seconds)
+    system = plant_of(plant)
+    ranges = ranges_of(system, within or [], "--within")
     from ulna.design import analyse as analyse_system
 
-    system = plant_of(plant)
+    show = _as_json if as_json else _as_text
 
     def found(answers: Mapping[str, Answer]) -> None:
-        rows = {key: _row(answer, as_json) for key, answer in answers.items()}
-        keep(_show, f"{system.name}: what was found in the time", rows, as_json)
+        keep(_show_rows, show(answers, evidence=evidence, exact=exact), as_json)
 
     with progress(f"analysing '{system.name}'"):
-        analysis = analyse_system(system, **share, told=found)
+        analysis = analyse_system(system, questions=question or None, within=ranges, **share, told=found)
     finished()
-    point = ", ".join(f"{s.name} = {v}" for s, v in analysis.point.values.items())
-    rows = {key: _row(answer, as_json) for key, answer in analysis.answers.items()}
-    _show(f"{system.name} at {point} ({_kind(analysis)})", rows, as_json)
+    rows = show(analysis.answers, evidence=evidence, exact=exact)
+    if not as_json:
+        _begin(analysis, plant.name, whole=not question)
+    _show_rows(rows, as_json)
+
+
+def _begin(analysis: Analysis, name: str, *, whole: bool) -> None:
+    """What it is, what stands in the way, what comes next; then where questions about a point were asked."""
+    if whole:
+        say(analysis.summary)
+        why, command = next_step(analysis, name)
+        say(f"Next, {why}:")
+        typer.echo(f"    {command}\n")
+    point = shown({s.name: float(v) if v.is_number else v for s, v in analysis.point.values.items()}, limit=300)
+    for line in broken("at the point ", f"{point.replace('; ', ', ')} ({_kind(analysis)})"):
+        typer.echo(line)
 
 
 def _kind(analysis: Analysis) -> str:
@@ -56,61 +106,95 @@ def _kind(analysis: Analysis) -> str:
     if points is not None and points.verdict.holds and points.value == [] and not points.verdict.evidence.get("within"):
         return "no equilibrium exists with these inputs"
     if "state" in verdict.evidence:
-        name, rate = verdict.evidence["state"], line(verdict.evidence["rate"], 60)
+        name, rate = verdict.evidence["state"], shown(verdict.evidence["rate"], limit=60)
         moved = f"{name} changes by {rate} a period" if analysis.system.discrete else f"{name}' = {rate}"
         return f"not at rest there: {moved}"
     return "whether it rests there is open"
 
 
-def _row(answer: Answer, as_json: bool) -> Any:
-    """What is shown of an answer, without formulas: the JSON of it, or verdict, answer and note as text."""
-    if not as_json:
-        return str(answer.verdict.status), line(answer.value), _evidence(answer.verdict)
+def _as_json(answers: Mapping[str, Answer], *, evidence: bool, exact: bool) -> dict[str, Any]:  # noqa: ARG001
+    """Verdict and value of each answer, exactly; what stands behind it on demand."""
     from ulna.report.results import plain
 
+    rows: dict[str, Any] = {}
+    for key, answer in answers.items():
+        rows[key] = {"verdict": str(answer.verdict.status), "value": plain(answer.value)}
+        if evidence:
+            told = plain(answer.verdict.evidence, parts=2_000)
+            rows[key]["evidence"] = {"claim": answer.verdict.claim} | told
+    return rows
+
+
+def _as_text(answers: Mapping[str, Answer], *, evidence: bool, exact: bool) -> dict[str, Any]:
     return {
-        "verdict": str(answer.verdict.status),
-        "value": plain(answer.value),
-        "evidence": {"claim": answer.verdict.claim} | plain(answer.verdict.evidence, parts=2_000),
+        key: (
+            str(answer.verdict.status),
+            _lines(key, answer.value, exact),
+            _evidence(answer.verdict, exact, whole=evidence),
+        )
+        for key, answer in answers.items()
     }
 
 
-def _show(title: str, rows: Mapping[str, Any], as_json: bool) -> None:
-    """One row per question; what stands behind an answer follows as numbered notes, each said once."""
+def _lines(key: str, value: Any, exact: bool) -> dict[str, str]:
+    """The rows of an answer: a vector's entries and a mapping's below each other, everything else as one."""
+    if key == "rest_points" and value:
+        return {str(k): _rest_point(each, exact) for k, each in enumerate(value, start=1)}
+    if key == "singular_set" and getattr(value, "is_number", False) and value != 0:
+        return {"": "nowhere"}
+    if isinstance(value, Mapping):
+        # An empty part says nothing; a plain vector of one is its entry.
+        return {str(name): shown(part, exact=exact) for name, part in value.items() if part not in ({}, [], None)}
+    if isinstance(value, list) and len(value) > 1 and not all(isinstance(each, int | None) for each in value):
+        name = {"T": "z", "observer_T": "z", "control": "u"}.get(key, "")
+        return {f"{name}{k}": shown(each, exact=exact) for k, each in enumerate(value, start=1)}
+    return {"": shown(value, exact=exact)}
+
+
+def _rest_point(point: Mapping[str, Any], exact: bool) -> str:
+    where = shown(point["states"], exact=exact).replace("; ", ", ")
+    poles = "" if point["poles"] is None else f"; poles {shown(point['poles'])}"
+    told = {True: "stable", False: "unstable", None: "the poles do not tell stability"}[point["stable"]]
+    return f"{where}{poles}; {told}"
+
+
+def _show_rows(rows: Mapping[str, Any], as_json: bool) -> None:
+    """A question a line with its verdict and answer, long answers below; then the notes, each said once."""
     if as_json:
         print_json(rows)
         return
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(title=escape(title), title_justify="left")
-    table.add_column("question", no_wrap=True)
-    table.add_column("verdict", no_wrap=True)
-    table.add_column("answer", overflow="fold")
-    table.add_column("note", justify="right", no_wrap=True)
     notes: dict[str, int] = {}
-    for key, (status, answer, why) in rows.items():
-        number = str(notes.setdefault(why, len(notes) + 1)) if why else ""
-        table.add_row(key, f"[{_COLOURS[status]}]{status}[/]", escape(answer), number)
-    console().print(table)
-    below = Table.grid(padding=(0, 1))
-    below.add_column(justify="right", no_wrap=True)
-    below.add_column(overflow="fold")
-    for why, number in notes.items():
-        below.add_row(str(number), escape(why))
-    console().print(below)
+    widest = max(map(len, rows), default=0)
+    for key, (status, lines, why) in rows.items():
+        note = f" [{notes.setdefault(why, len(notes) + 1)}]" if why else ""
+        head = f"{key:<{widest}}  {typer.style(f'{status:<9}', fg=_COLOURS[status])}"
+        short = lines.get("", "")
+        if len(lines) == 1 and short and widest + 13 + len(short) + len(note) <= columns():
+            typer.echo(f"{head}  {short}{note}")
+            continue
+        typer.echo(f"{key:<{widest}}  {typer.style(status, fg=_COLOURS[status])}{note}")
+        if short:
+            for line in broken("    ", short):
+                typer.echo(line)
+        else:
+            write_rows(lines, indent=4, sign="" if key in _NESTED else "=")
+    if notes:
+        typer.echo()
+        numbered((number, why) for why, number in notes.items())
 
 
-def _evidence(verdict: Verdict) -> str:
-    """The telling part of the evidence, one line: a counterexample whole, of a proof only what bounds it."""
+def _evidence(verdict: Verdict, exact: bool = False, *, whole: bool = True) -> str:
+    """The evidence as one line: a counterexample whole, of a proof only what bounds it; else the telling part."""
     sampling = {"points", "seed", "digits", "tolerance", "generically"}
     proof = {"point", "rank", "rows", "method", "because", "per_output", "manifold", "inputs", "regular", "psi"}
     dropped = sampling | (proof if verdict.holds else set())
-    first = {"because": verdict.evidence.get("because")}  # what was asked on the way, then what was found
-    told = {key: value for key, value in (first | dict(verdict.evidence)).items() if key not in dropped}
+    told = {key: value for key, value in verdict.evidence.items() if key not in dropped}
     if getattr(told.get("singular"), "is_number", False):
         del told["singular"]  # singular nowhere
-    names = {"because": reason_label(verdict.status)}
     return "; ".join(
-        f"{names.get(key, key)}: {line(value, 300)}" for key, value in told.items() if value not in (None, (), [], {})
+        f"{evidence_label(key)}: {shown(value, exact=exact, limit=300)}"
+        for key, value in sorted(
+            told.items(), key=lambda item: item[0] not in ("fails", "open")
+        )  # what was asked, then what found
+        if value not in (None, (), [], {}) and (whole or key in _TELLING)
     )

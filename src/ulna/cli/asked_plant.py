@@ -62,6 +62,24 @@ def parameter_values(system: System, entries: Sequence[str], *, also: Sequence[P
     return values
 
 
+def ranges_of(system: System, entries: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
+    """(lower, upper), SI, by the name of each state in entries like `x=-5:5` or `theta=-90deg:90deg`.
+
+    Raises:
+        UlnaError: unknown names, texts that are no pair of values.
+    """
+    states = {s.name: s for s in system.states}
+    found = {}
+    for name, text, asked in named_values(entries, option):
+        state = states[known_name(name, list(states), asked, "state")]
+        ends = [float(quantity(end, asked, unit=unit_in(system, state))) for end in text.split(":")]
+        if len(ends) != 2 or not ends[0] < ends[1]:
+            hint = f'Write {option} "{name}=-1:1".'
+            raise SimulationError(asked, "expected two values, the lower one first.", hint)
+        found[name] = (ends[0], ends[1])
+    return found
+
+
 def require_in_range(item: Signal | Parameter, value: sp.Expr | float, asked: str) -> None:
     """Refuse a value outside the range that the plant declares for it.
 

@@ -10,15 +10,16 @@ import typer
 
 from ulna.cli.asked_controller import as_file, designed
 from ulna.cli.asked_plant import plant_of
+from ulna.cli.layout import write_rows, write_texts
 from ulna.cli.option_groups import with_groups
-from ulna.cli.options import AsJson, DesignOptions, PlantOptions, Seconds
+from ulna.cli.options import AsJson, DesignOptions, Exact, PlantOptions, Seconds
 from ulna.cli.patience import take_time
-from ulna.cli.terminal import console, line, print_json, progress
+from ulna.cli.terminal import print_json, progress
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from ulna.design import Controller, ExtendedLaw, Law
+    from ulna.design import Controller, ExtendedLaw
 
 
 @with_groups
@@ -30,6 +31,7 @@ def design(
         Path | None, typer.Option(help="Write the controller for --controller (TOML or JSON, like a plant file).")
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the poles: a .png, .svg or .pdf file.")] = None,
+    exact: Exact = False,
     as_json: AsJson = False,
     seconds: Seconds = None,
 ) -> None:
@@ -38,6 +40,12 @@ def design(
     With neither poles nor weights it is the best that the plant has, with poles after the plant's own pace: a law that
     is exact, else input-output, else local on the linearisation, and an observer. The law holds the operating point of
     the plant file unless it takes a set point or a reference.
+
+    Examples:
+        ulna design one_link_arm
+        ulna design one_link_arm --controller-poles=-4,-5,-6 --observer-poles=-9,-10,-11 --out ctl.toml
+        ulna design cart_pole --lqr 10,1,10,1:1 --local
+        ulna design unicycle --extend --track --controller-poles=-1,-2,-3,-4
     """
     take_time(seconds)
     from ulna.system import write_system
@@ -56,7 +64,7 @@ def design(
         print_json(_data(made))
         return
     for title, rows in _sections(made):
-        _print_section(title, rows)
+        _print_section(title, rows, exact)
 
 
 def _sections(made: Controller | ExtendedLaw) -> Iterable[tuple[str, dict[str, Any]]]:
@@ -78,7 +86,7 @@ def _sections(made: Controller | ExtendedLaw) -> Iterable[tuple[str, dict[str, A
                 },
             )
             yield "gains K on z", {"K": made.law.gains}
-        yield f"law, {made.law.method}", _named(made.law.system.outputs, _shown(made.law.expressions, made.law))
+        yield f"law, {made.law.method}", _named(made.law.system.outputs, made.law.expressions)
         if made.law.polynomials and not made.law.plant.parameters:
             yield "poles of the law in 1/s", {"s": _poles(made.law.poles)}
     if made.observer is not None:
@@ -95,15 +103,10 @@ def _sections(made: Controller | ExtendedLaw) -> Iterable[tuple[str, dict[str, A
         )
 
 
-def _shown(expressions: Iterable[Any], law: Law) -> list[Any]:
-    """Formulas as people read them: gains that were found in numbers as decimals."""
-    return list(expressions) if law.form is not None else [e.evalf(12) for e in expressions]
-
-
 def _poles(values: Iterable[complex]) -> str:
     """Poles as people write them, slowest first."""
     rows = sorted(values, key=lambda p: (-p.real, abs(p.imag), p.imag))
-    return ", ".join(f"{p.real:.4g}{p.imag:+.4g}j" if abs(p.imag) > 1e-6 * abs(p) else f"{p.real:.4g}" for p in rows)
+    return ", ".join(f"{p.real:.6g}{p.imag:+.6g}j" if abs(p.imag) > 1e-6 * abs(p) else f"{p.real:.6g}" for p in rows)
 
 
 def _named(signals: Iterable[Any], expressions: Iterable[Any]) -> dict[str, Any]:
@@ -137,17 +140,12 @@ def _data(made: Controller | ExtendedLaw) -> dict[str, Any]:
     return data
 
 
-def _print_section(title: str, rows: dict[str, Any]) -> None:
-    from rich.markup import escape
-    from rich.table import Table
-
-    console().print(f"[italic]{escape(title)}[/]")
-    table = Table(show_header=False, box=None, padding=(0, 2))
-    table.add_column(no_wrap=True, style="bold")
-    table.add_column(overflow="fold")
-    for key, value in rows.items():
-        table.add_row(escape(key), escape(line(value, 4000)))
-    console().print(table)
+def _print_section(title: str, rows: dict[str, Any], exact: bool) -> None:
+    typer.secho(title, italic=True)
+    if all(isinstance(value, str) for value in rows.values()):
+        write_texts(rows)
+    else:
+        write_rows(rows, exact=exact, sign="")
 
 
 def _plot_poles(made: Controller | ExtendedLaw, path: Path) -> None:

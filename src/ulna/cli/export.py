@@ -12,6 +12,7 @@ import typer
 from ulna.base import SimulationError
 from ulna.cli.asked_plant import plant_in_file
 from ulna.cli.asked_run import Run, run_of
+from ulna.cli.help import UlnaTyper
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import Arithmetic, AsJson, DesignOptions, HardwareOptions, PlantOptions, RunOptions
 from ulna.cli.terminal import UlnaGroup, print_json, progress
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from ulna.base import Verdict
     from ulna.deploy import Comparison, CProject
 
-app = typer.Typer(cls=UlnaGroup, help="A loop for a processor or for other simulators.", no_args_is_help=True)
+app = UlnaTyper("A loop for a processor or for other simulators.", cls=UlnaGroup)
 
 
 class _Number(StrEnum):

@@ -10,6 +10,8 @@ from typing import Annotated
 
 import typer
 
+from ulna.cli.completion import complete_plant
+
 _law = partial(typer.Option, rich_help_panel="Law")
 _observer = partial(typer.Option, rich_help_panel="Observer")
 _run = partial(typer.Option, rich_help_panel="Run")
@@ -18,6 +20,7 @@ _processor = partial(typer.Option, rich_help_panel="Processor, sensors and drive
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 
+Exact = Annotated[bool, typer.Option("--exact", help="Show fractions in place of decimals of six digits.")]
 
 Seconds = Annotated[
     float | None,
@@ -56,7 +59,14 @@ class Engine(StrEnum):
 class PlantOptions:
     """Which plant, with which values."""
 
-    name: Annotated[str, typer.Argument(metavar="PLANT", help="A plant file (TOML or JSON) or a catalogue name.")]
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="PLANT",
+            help="A plant file (TOML or JSON) or a catalogue name.",
+            autocompletion=complete_plant,
+        ),
+    ]
     values: Annotated[
         list[str],
         typer.Option(

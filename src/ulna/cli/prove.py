@@ -14,7 +14,7 @@ from ulna.cli.option_groups import with_groups
 from ulna.cli.options import AsJson, DesignOptions, HardwareOptions, PlantOptions, RunOptions
 from ulna.cli.terminal import print_json, progress
 from ulna.cli.typed_values import named_values, quantity, unit_in
-from ulna.cli.wording import reason_label
+from ulna.cli.wording import evidence_label
 
 if TYPE_CHECKING:
     from ulna.base import Verdict
@@ -105,8 +105,7 @@ def _tell(verdict: Verdict) -> None:
         shown = value
         if isinstance(value, dict):
             shown = ", ".join(f"{k} {_number(v)}" for k, v in value.items())
-        label = reason_label(verdict.status) if name == "because" else name.replace("_", " ")
-        typer.echo(f"  {label}: {_number(shown)}")
+        typer.echo(f"  {evidence_label(name)}: {_number(shown)}")
 
 
 def _number(value: Any) -> str:

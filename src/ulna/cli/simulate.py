@@ -60,6 +60,12 @@ def simulate(
 
     With a law alone it reads the states, with an observer too it reads estimates. With --period both run on a
     processor, behind sensors and a drive. The exit status is 1 where the run does not reach its end.
+
+    Examples:
+        ulna simulate one_link_arm --best --initial 1,0,0 --settle y
+        ulna simulate plant.toml --controller ctl.toml --initial "theta=60deg" --plot run.png --out run.csv
+        ulna simulate one_link_arm --controller-poles=-4,-5,-6 --track --reference "y=0.5*sin(t)"
+        ulna simulate one_link_arm --best --initial 1,0,0 --period 1e-3 --limit 24 --encoder 12
     """
     system = plant_in_file(plant)
     with progress(f"simulating '{system.name}'"):

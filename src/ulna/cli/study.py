@@ -8,10 +8,11 @@ from typing import Annotated
 import typer
 
 from ulna.base import DesignError
+from ulna.cli.help import UlnaTyper
 from ulna.cli.options import AsJson
 from ulna.cli.terminal import UlnaGroup, console, print_json, progress
 
-app = typer.Typer(cls=UlnaGroup, help="Studies beyond the paper.", no_args_is_help=True)
+app = UlnaTyper("Studies beyond the paper.", cls=UlnaGroup)
 
 
 @app.command()

@@ -11,9 +11,9 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
-from typer.core import TyperGroup
 
 from ulna.base import UlnaError, UlnaWarning
+from ulna.cli.help import PlainGroup
 from ulna.cli.supervisor import end_interrupted, supervised
 from ulna.cli.wording import in_terminal_words
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-class UlnaGroup(TyperGroup):
+class UlnaGroup(PlainGroup):
     """Commands whose user errors end in one clear message and exit status 2, without a traceback.
 
     The status is 0 where all was done and 1 where a run or a check failed, memory or the disk ran out.
@@ -91,25 +91,6 @@ def progress(text: str) -> Iterator[None]:
 
     with Console(stderr=True).status(text):
         yield
-
-
-def line(value: Any, limit: int = 400) -> str:
-    """A value as one line: vectors and one-row matrices without brackets, mappings as equations."""
-    from ulna.report.results import plain
-
-    text = _line(plain(value, parts=2_000))
-    return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters; --json shows all)"
-
-
-def _line(shape: Any) -> str:
-    if shape is None:
-        return "–"
-    if isinstance(shape, dict):
-        return "; ".join(f"{key} = {_line(part)}" for key, part in shape.items() if part not in ({}, []))
-    if isinstance(shape, list):
-        parts = [part[0] if isinstance(part, list) and len(part) == 1 else part for part in shape]
-        return ", ".join(f"({_line(part)})" if isinstance(part, list | dict) else str(part) for part in parts)
-    return str(shape)
 
 
 def print_json(data: Any) -> None:

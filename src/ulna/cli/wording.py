@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-from ulna.base import Status
-
 _NUMBER = r"([-+.\w]+)"
 _WORDS: tuple[tuple[str, str], ...] = (
     # Hardware and limits.
@@ -52,6 +50,7 @@ def in_terminal_words(text: str) -> str:
     return text
 
 
-def reason_label(status: Status) -> str:
-    """What stands before the claim that an answer rests on: under a "no" it is one that fails, never a reason."""
-    return {Status.REFUTED: "what fails", Status.UNDECIDED: "what is open"}.get(status, "because")
+def evidence_label(key: str) -> str:
+    """What stands before a piece of evidence."""
+    words = {"fails": "what fails", "open": "what is open", "ran_out": "the time ran out"}
+    return words.get(key, key.replace("_", " "))

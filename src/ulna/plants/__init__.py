@@ -10,7 +10,7 @@ from ulna.plants.anthropometry import (
 from ulna.plants.arm import Brake, Forearm, Friction, SelfLocking, measured_forearm, rod
 from ulna.plants.arm_and_drive import DrivenArm, arm_with_drive, driven_arm, with_meters
 from ulna.plants.battery import Battery, battery_system, voltage_range
-from ulna.plants.catalogue import Model, PlantLike, as_plant, model, models
+from ulna.plants.catalogue import Model, PlantLike, as_plant, model, models, plant_text
 from ulna.plants.drive import BackDriven
 from ulna.plants.drive_preset import Limits, Preset, preset, preset_from_mapping, presets
 from ulna.plants.flexible_arm import flexible_joint_arm
@@ -52,6 +52,7 @@ __all__ = [
     "model",
     "models",
     "no_load_speed",
+    "plant_text",
     "preset",
     "preset_from_mapping",
     "presets",

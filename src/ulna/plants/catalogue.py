@@ -28,6 +28,7 @@ class Model:
     Attributes:
         name: its name in `model()` and on the command line.
         text: what it is; teaches: what it shows; source: where it comes from.
+        states, inputs, outputs: how many it has.
         answers: known answers by analysis key, as formula text (empty for most of the practical models).
     """
 
@@ -35,6 +36,9 @@ class Model:
     text: str
     teaches: str
     source: str
+    states: int
+    inputs: int
+    outputs: int
     answers: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
 
@@ -57,8 +61,20 @@ def models() -> tuple[Model, ...]:
         entry = data.get("catalogue", {})
         text, source = data.get("text", data.get("name", "")), data.get("source", "")
         answers = MappingProxyType(dict(entry.get("answers", {})))
-        rows.append(Model(name=name, text=text, teaches=entry.get("teaches", ""), source=source, answers=answers))
+        sizes = {kind: len(data.get(kind, {})) for kind in ("states", "inputs", "outputs")}
+        teaches = entry.get("teaches", "")
+        rows.append(Model(name=name, text=text, teaches=teaches, source=source, answers=answers, **sizes))
     return tuple(rows)
+
+
+def plant_text(name: str) -> str:
+    """The plant file of that name as it is written, without what only the catalogue needs.
+
+    Raises:
+        PlantError: for an unknown name; near ones are named.
+    """
+    text = _files()[_known(name)].read_text(encoding="utf-8")
+    return text.partition("\n[catalogue]")[0].rstrip() + "\n"
 
 
 PlantLike: TypeAlias = SystemLike | str | os.PathLike[str]
@@ -92,9 +108,14 @@ def model(name: str) -> System:
     Raises:
         PlantError: for an unknown name; near ones are named.
     """
+    plain = _known(name)
+    return system_from_mapping(_data(plain), where=plain)
+
+
+def _known(name: str) -> str:
     plain = name.replace("-", "_")
     if plain not in _files():
         near = get_close_matches(plain, _files(), n=3)
         hint = f"Did you mean {' or '.join(near)}?" if near else "`ulna models` lists them."
         raise PlantError(f"plant '{name}'", "no plant of this name is in the catalogue.", hint)
-    return system_from_mapping(_data(plain), where=plain)
+    return plain

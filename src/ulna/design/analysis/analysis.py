@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from functools import partial
 from html import escape
 
 import sympy as sp
@@ -14,6 +16,8 @@ from ulna.design.analysis.consistency import consistent
 from ulna.design.analysis.discrete_answers import discrete_answers
 from ulna.design.analysis.formula_answers import GROUPS, law_of_outputs, outputs_answered
 from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers, law_in_numbers, structure_answers
+from ulna.design.analysis.rest_answers import rest_points
+from ulna.design.analysis.summary import what_it_is, what_stands_in_the_way
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact import attempt, patience, worked
 from ulna.symbolic.formulas import is_longer
@@ -62,6 +66,14 @@ class Analysis(Mapping[str, Answer]):
     def __len__(self) -> int:
         return len(self.answers)
 
+    @property
+    def summary(self) -> str:
+        """Two sentences: what the plant is, and what stands in the way of a law and an observer."""
+        return (
+            f"{what_it_is(self.system, self.answers)} "
+            f"{what_stands_in_the_way(self.system, self.answers, at_rest=self.point.verdict.holds)}"
+        )
+
     def __repr__(self) -> str:
         rows = [
             f"  {key:<{max(map(len, self.answers))}}  {answer.verdict.status!s:<9}  {_short(answer.value, 80)}"
@@ -81,6 +93,8 @@ class Analysis(Mapping[str, Answer]):
 def analyse(
     system: PlantLike,
     *,
+    questions: Collection[str] | None = None,
+    within: Mapping[str, tuple[float, float]] | None = None,
     seconds: float = SECONDS,
     groups: float = TOTAL,
     told: Callable[[Mapping[str, Answer]], None] | None = None,
@@ -90,37 +104,45 @@ def analyse(
     Args:
         system: the plant, or its name or file. Keys that begin with `observ` are about its measured outputs, all others
             about the controlled ones; parameters stay symbolic except where stability needs numbers.
+        questions: keys to be answered; left out, all.
+        within: (lower, upper) by state, SI: where `rest_points` are looked for; left out, as `equilibria` has it.
         seconds: time for each group of answers.
         groups: all groups together may take this many times as long.
         told: called with the answers so far, at the start, where all are undecided, and after each group.
 
     Raises:
+        UlnaError: for a question that is none of the keys.
         NotAffineError: if the plant is not affine in its inputs, the one thing nothing can be said without.
     """
     system = as_plant(system)
     if system.discrete:
         point = equilibrium(system)
-        return Analysis(system=system, point=point, answers=discrete_answers(system, point))
+        answers = discrete_answers(system, point)
+        return Analysis(system=system, point=point, answers={k: answers[k] for k in _asked(questions, tuple(answers))})
     by, seen = controlled_part(system), measured_part(system)
     if [s.name for s in by.outputs] != [s.name for s in seen.outputs]:
-        found = analyse(by, seconds=seconds, groups=groups, told=told)
-        watched = analyse(seen, seconds=seconds, groups=groups)
+        found = analyse(by, questions=questions, within=within, seconds=seconds, groups=groups, told=told)
+        watched = analyse(seen, questions=questions, seconds=seconds, groups=groups)
         further = {key: answer for key, answer in watched.answers.items() if key.startswith("observ")}
         return replace(found, system=system, answers={**found.answers, **further})
     system = by
-    keys = tuple(key for group in GROUPS for key in group)
+    wanted = _asked(questions, tuple(key for group in GROUPS for key in group))
+    asked = {keys: question for keys, question in GROUPS.items() if set(keys) & set(wanted)}
+    if within and ("rest_points",) in asked:
+        asked["rest_points",] = partial(rest_points, within=within)
+    keys = tuple(key for group in asked for key in group)
     answers = {key: not_applicable(key, "the time was spent", ran_out=True) for key in keys}
     if told is not None:
         told(answers)
     if len(system.states) >= LARGE:
         answers = consistent(system, _large(system, keys, seconds))
-        return Analysis(system=system, point=given_point(system), answers=answers)
+        return Analysis(system=system, point=given_point(system), answers={key: answers[key] for key in wanted})
     control_affine(system)
     end = worked() + groups * seconds * patience()
     here = equilibrium_in_numbers(system)
     numbers = consistent(system, structure_answers(system, here, keys), here.where)
     answers |= numbers
-    for group_keys, group in GROUPS.items():
+    for group_keys, group in asked.items():
         # What numbers have answered formulas only make more of: they get a share of the time, the open questions all.
         share = seconds if _open(numbers[group_keys[0]]) else seconds * SHARE
         left = max(min(share, end - worked()), 0.5)
@@ -129,9 +151,24 @@ def analyse(
         if told is not None:
             told(answers)
     answers = consistent(system, answers, here.where)
-    if _open(answers["control"]) and answers["linearizing_outputs"].verdict.holds and not _missing(system):
+    if "control" in answers and _open(answers["control"]) and _law_in_numbers_exists(system, answers):
         answers |= {"control": law_in_numbers(system).get("control", answers["control"])}
-    return Analysis(system=system, point=equilibrium(system), answers=answers)
+    return Analysis(system=system, point=equilibrium(system), answers={key: answers[key] for key in wanted})
+
+
+def _asked(questions: Collection[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:
+    """The keys that are asked for, in the order known."""
+    for key in questions or ():
+        if key not in known:
+            near = get_close_matches(key, known, n=3)
+            hint = f"Did you mean {' or '.join(near)}? " if near else ""
+            raise UlnaError(f"the question '{key}'", "there is no such question.", f"{hint}Known: {', '.join(known)}.")
+    return known if questions is None else tuple(key for key in known if key in questions)
+
+
+def _law_in_numbers_exists(system: System, answers: Mapping[str, Answer]) -> bool:
+    """Whether a law can be compiled where its formula was not found: every parameter needs a value."""
+    return answers["linearizing_outputs"].verdict.holds and len(system.values) == len(system.parameters)
 
 
 def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Answer]:
@@ -140,11 +177,6 @@ def _in_numbers(system: System, keys: tuple[str, ...]) -> dict[str, Answer]:
         return answers_in_numbers(system, keys)
     except UlnaError as error:
         return {key: not_applicable(key, str(error)) for key in keys}
-
-
-def _missing(system: System) -> bool:
-    """Whether a parameter has no value: then no law can be compiled."""
-    return len(system.values) < len(system.parameters)
 
 
 def _open(answer: Answer) -> bool:

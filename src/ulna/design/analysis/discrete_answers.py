@@ -55,8 +55,8 @@ def _in_numbers(system: System, point: Equilibrium, found: Linearisation) -> dic
 def _stable(largest: float) -> Answer:
     claim, evidence = "small deviations from the rest point die out", {"largest": largest, "tolerance": _MARGIN}
     if abs(largest - 1.0) <= _MARGIN:
-        because = "an eigenvalue lies on the unit circle: the linearisation does not decide"
-        return decided(Verdict.undecided(claim, because=because, **evidence))
+        reason = "an eigenvalue lies on the unit circle: the linearisation does not decide"
+        return decided(Verdict.undecided(claim, reason=reason, **evidence))
     return decided(Verdict.supported(claim, **evidence) if largest < 1.0 else Verdict.refuted(claim, **evidence))
 
 

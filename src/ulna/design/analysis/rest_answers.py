@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from ulna.base import PlantError
@@ -14,13 +15,18 @@ _ZERO = 1e-9
 """Real parts, relative to the pole, that say nothing about stability."""
 
 
-def rest_points(system: System) -> dict[str, Answer]:
-    """Every equilibrium found with the inputs at the operating point's values, nearest to that point first."""
+def rest_points(system: System, within: Mapping[str, tuple[float, float]] | None = None) -> dict[str, Answer]:
+    """Every equilibrium found with the inputs at the operating point's values, nearest to that point first.
+
+    Args:
+        system: the plant.
+        within: (lower, upper) by state, SI; left out, what `equilibria` takes.
+    """
     key = "rest_points"
     try:
         here = equilibrium(system)
         inputs = {u.name: here[u.name] if system.values else here.inputs[u.symbol] for u in system.inputs}
-        found = equilibria(system, inputs=inputs, seconds=_SECONDS)
+        found = equilibria(system, within, inputs=inputs, seconds=_SECONDS)
         at = {s.name: here[s.name] for s in system.states}
     except PlantError as error:
         return {key: not_applicable(key, str(error))}

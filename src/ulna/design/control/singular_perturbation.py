@@ -141,7 +141,7 @@ def _condition(
     taus = tuple(sorted((-1.0 / e.real if e.real else math.inf for e in eigenvalues), reverse=True))
     evidence = {"fast_eigenvalues": tuple(complex(e) for e in eigenvalues), "slowest_time_constant": max(taus)}
     if max(e.real for e in eigenvalues) >= 0:
-        return taus, Verdict.refuted(claim, **evidence, because="a fast state does not settle by itself")
+        return taus, Verdict.refuted(claim, **evidence, reason="a fast state does not settle by itself")
     if period is not None:
         ratio = period / max(taus)
         evidence |= {"period_over_time_constant": ratio, "needed": SETTLED}

@@ -103,7 +103,7 @@ def _named(view: ControlAffine) -> str:
 
 
 def _reason(verdict: Verdict) -> str:
-    return str(verdict.evidence.get("reason") or verdict.evidence.get("because") or verdict.claim)
+    return str(verdict.evidence.get("reason") or verdict.rests_on or verdict.claim)
 
 
 def _no_form(found: LinearisingOutputs) -> NoFormError:

@@ -158,7 +158,7 @@ def _explanation(verdict: Verdict) -> str:
     """One line on why there is no form, with the object that fails."""
     if verdict.holds:
         return f"it exists but was not written down: {verdict.evidence.get('reason', verdict.claim)}"
-    because = verdict.evidence.get("because", verdict.claim)
+    because = verdict.rests_on or verdict.claim
     word = "fails" if verdict.status is Status.REFUTED else "is undecided"
     line = f"the condition '{because}' {word}"
     for name in ("i", "j", "k", "input", "output", "rank", "tried", "reason"):

@@ -18,7 +18,7 @@ MOST_DIGITS = 4000
 _MOST = 10**MOST_DIGITS
 
 
-class _FormulaPrinter(StrPrinter):
+class FormulaPrinter(StrPrinter):
     """SymPy's text with the few names that differ from the formula language of plants."""
 
     def _print_Exp1(self, expr: sp.Expr) -> str:  # noqa: ARG002  (the printer's signature)
@@ -39,7 +39,7 @@ class _FormulaPrinter(StrPrinter):
 
 def formula(expression: sp.Expr) -> str:
     """The expression as text in the formula language (`symbolic.parse` reads it back)."""
-    return _FormulaPrinter().doprint(expression)
+    return FormulaPrinter().doprint(expression)
 
 
 def is_longer(value: Any, parts: int) -> bool:
