@@ -9,7 +9,7 @@ import pytest
 from terminal import answered, parse, refused, ulna
 from typer.testing import CliRunner
 
-from ulna.cli.completion import complete_plant, complete_question, plant_names
+from ulna.cli.completion import QUESTIONS, complete_plant, complete_question, plant_names
 from ulna.cli.main import COMMANDS, app
 from ulna.design import analyse
 from ulna.plants import model, models
@@ -150,8 +150,8 @@ def test_every_command_can_be_asked_for_help(name):
 
 @pytest.mark.parametrize("name", ["", "new", "models", "analyse", "design", "simulate"])
 def test_examples_of_the_help_can_be_typed(name):
-    said = narrow(200, *([name] if name else []), "-h")
-    shown = [line.strip() for line in said.splitlines() if line.startswith("  ulna ")]
+    said = narrow(80, *([name] if name else []), "-h")
+    shown = [line.strip() for line in said.replace("\\\n", "").splitlines() if line.startswith("  ulna ")]
     assert shown
     for command in shown:
         parse(command.removeprefix("ulna "))
@@ -166,4 +166,5 @@ def test_plants_files_and_questions_complete(tmp_path, monkeypatch):
     assert complete_plant("./ca") == ["./cart.toml", "./cases/"]
     assert complete_plant("nowhere/") == []
     assert complete_question("invo") == ["involutive"]
+    assert set(QUESTIONS) == set(analyse(model("duffing")))
     assert set(plant_names()) == {entry.name for entry in models()}

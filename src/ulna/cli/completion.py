@@ -4,6 +4,40 @@ from __future__ import annotations
 
 from pathlib import Path
 
+QUESTIONS = (
+    "relative_degree",
+    "relative_degree_at_point",
+    "decoupling_matrix",
+    "controllability_rank",
+    "controllability_rank_at_point",
+    "distribution_dims",
+    "involutive",
+    "full_state_linearizable",
+    "linearizable_at_point",
+    "state_linearizable",
+    "linearizing_outputs",
+    "T",
+    "inverse",
+    "control",
+    "singular_set",
+    "q_closed",
+    "integrating_factor",
+    "accessibility_rank",
+    "observability_rank",
+    "observability_rank_at_point",
+    "observability_rank_without_inputs",
+    "zero_dynamics",
+    "minimum_phase",
+    "observer_form",
+    "observer_T",
+    "observer_injection",
+    "observer_form_output_transform",
+    "output_transform",
+    "dynamic_extension",
+    "rest_points",
+)
+"""The keys of an analysis, here once more: the shell does not wait until `ulna.design` is loaded."""
+
 
 def plant_names() -> list[str]:
     """The names of the catalogue, read from its folders alone: a shell does not wait for libraries."""
@@ -33,6 +67,4 @@ def complete_file(incomplete: str) -> list[str]:
 
 def complete_question(incomplete: str) -> list[str]:
     """Keys of the analysis that begin so."""
-    from ulna.design.analysis.formula_answers import GROUPS
-
-    return [key for group in GROUPS for key in group if key.startswith(incomplete)]
+    return [key for key in QUESTIONS if key.startswith(incomplete)]

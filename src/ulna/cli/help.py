@@ -74,8 +74,20 @@ def _write_text(text: str | None, formatter: Any) -> None:
             formatter.write_text(" ".join(paragraph.split()))
     if shown := examples(text):
         with formatter.section(EXAMPLES.rstrip(":")):
-            for line in shown:
-                formatter.write(f"{'':>{formatter.current_indent}}{line}\n")
+            for command in shown:
+                formatter.write("".join(f"{line}\n" for line in _over_lines(command, formatter)))
+
+
+def _over_lines(command: str, formatter: Any) -> list[str]:
+    """A command that can be copied: over several lines it is broken before options only."""
+    lines = [" " * formatter.current_indent]
+    for k, part in enumerate(command.split(" --")):
+        text = f" --{part}" if k else part
+        if k and len(lines[-1]) + len(text) > formatter.width - 2:
+            lines[-1] += " \\"
+            lines.append(" " * (formatter.current_indent + 3))
+        lines[-1] += text
+    return lines
 
 
 def _write_options(command: Any, ctx: Any, formatter: Any) -> None:
