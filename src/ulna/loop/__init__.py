@@ -7,11 +7,12 @@ from ulna.loop.drive import Amplifier, Pwm
 from ulna.loop.fault import Fault
 from ulna.loop.fingerprint import fingerprint
 from ulna.loop.fitted import TINY, Fitted, parameters_of
-from ulna.loop.flow import Flow, Program, Repeat, Steps, unrolled
+from ulna.loop.flow import Flow, Program, Repeat, Steps, plant_kernels, unrolled
 from ulna.loop.guard import Guard
 from ulna.loop.hardware import Hardware
 from ulna.loop.limits import ConditionalIntegration, EndStop, Saturation, SlewLimit
 from ulna.loop.loop import Loop
+from ulna.loop.pace import ROUNDS
 from ulna.loop.parts import Parts, joined, parts_of
 from ulna.loop.reaction import Hold, Reaction, Report, SafeOutput
 from ulna.loop.sensors import MeasurementNoise, Quantiser
@@ -20,6 +21,7 @@ from ulna.loop.watches import Deadline, InnovationLimit, ReferenceRange
 from ulna.loop.wiring import TIME, Wiring
 
 __all__ = [
+    "ROUNDS",
     "TIME",
     "TINY",
     "Amplifier",
@@ -60,5 +62,6 @@ __all__ = [
     "joined",
     "parameters_of",
     "parts_of",
+    "plant_kernels",
     "unrolled",
 ]

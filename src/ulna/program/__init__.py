@@ -20,7 +20,7 @@ from ulna.program.linear_kernel import joined, solved
 from ulna.program.lowering.ball_series import lowest, to_ball_series
 from ulna.program.lowering.balls import BITS, balls_by_name, to_balls
 from ulna.program.lowering.c import C_FLAGS, c_header, c_literal, c_statements, to_c
-from ulna.program.lowering.javascript import to_javascript
+from ulna.program.lowering.javascript import to_javascript, to_javascript_in_place
 from ulna.program.lowering.numba import GPU_HEADER, HEADER, PYTHON, TEMPLATES, cache_folder, compiled, literal
 from ulna.program.lowering.numpy import to_numpy
 from ulna.program.lowering.python_source import to_python, to_python_source
@@ -101,6 +101,7 @@ __all__ = [
     "to_balls",
     "to_c",
     "to_javascript",
+    "to_javascript_in_place",
     "to_numpy",
     "to_python",
     "to_python_source",

@@ -3,6 +3,7 @@
 from ulna.loop import TIME
 from ulna.sim.continuous.crossing import Crossing, Direction
 from ulna.sim.continuous.implicit import Implicit
+from ulna.sim.continuous.rules import limited
 from ulna.sim.continuous.settling import Settling
 from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.ensemble import CODES, Ensemble
@@ -14,7 +15,7 @@ from ulna.sim.mode import Mode
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Ends, Figures, Paths
 from ulna.sim.rest import rest_values
-from ulna.sim.sampled import AbstractProcessor, FixedSteps, ForeignStep, Gpu
+from ulna.sim.sampled import AbstractProcessor, FixedSteps, ForeignStep, Gpu, begun
 from ulna.sim.simulate import simulate
 from ulna.sim.trajectory import Series, Trajectory
 
@@ -50,8 +51,10 @@ __all__ = [
     "Taylor",
     "Trajectory",
     "as_input",
+    "begun",
     "input_values",
     "last_entry",
+    "limited",
     "metrics",
     "output_figures",
     "output_metrics",

@@ -52,6 +52,7 @@ class Trajectory:
         further: other series by name; of a sampled loop commands, measured values, estimates, controller states.
         events: what happened during a sampled run, in order of time.
         note: one line about how it was integrated, empty where there is nothing to say.
+        steps: of a sampled run, Runge-Kutta steps of the plant in each stretch of constant input; else 0.
     """
 
     system: System
@@ -63,6 +64,7 @@ class Trajectory:
     further: Mapping[str, Series] = field(default_factory=dict)
     events: tuple[Event, ...] = ()
     note: str = ""
+    steps: int = 0
 
     @cached_property
     def inputs(self) -> np.ndarray:

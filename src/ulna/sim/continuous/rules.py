@@ -97,6 +97,15 @@ def rules(system: System, given: Limits, reported: tuple[Reported, ...]) -> Rule
     )
 
 
+def limited(system: System, saturation: Mapping[str, Saturation]) -> System:
+    """The system with inputs, or signals between its parts, held within their limits.
+
+    Raises:
+        SimulationError: names that the system does not have; limits in a ring without a state.
+    """
+    return rules(system, Limits(saturation=tuple(saturation.items())), ()).shown
+
+
 _VALUE = sp.Symbol("limited value", real=True)
 
 

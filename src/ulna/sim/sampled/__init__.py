@@ -5,5 +5,6 @@ from ulna.sim.sampled.ensemble import sampled_figures
 from ulna.sim.sampled.foreign import AbstractProcessor, ForeignStep
 from ulna.sim.sampled.gpu import Gpu
 from ulna.sim.sampled.run import run_sampled
+from ulna.sim.sampled.tables import begun
 
-__all__ = ["AbstractProcessor", "FixedSteps", "ForeignStep", "Gpu", "run_sampled", "sampled_figures"]
+__all__ = ["AbstractProcessor", "FixedSteps", "ForeignStep", "Gpu", "begun", "run_sampled", "sampled_figures"]

@@ -30,8 +30,8 @@ Again = Callable[[np.ndarray, int], None]
 """Computes the runs of these numbers anew, with this many steps."""
 
 
-def refine(made: Prepared, engine: FixedSteps, results: np.ndarray, again: Again) -> None:
-    """Repeat runs whose steps were too long for the plant until they are not; the others are marked.
+def refine(made: Prepared, engine: FixedSteps, results: np.ndarray, again: Again) -> np.ndarray:
+    """(N,) steps taken, after repeating the runs whose steps were too long for the plant; the others are marked.
 
     How often depends on the run alone, so that its bits do not depend on others.
 
@@ -41,18 +41,18 @@ def refine(made: Prepared, engine: FixedSteps, results: np.ndarray, again: Again
     """
     most = engine.within * (1.0 if engine.number is None else 2.0 * engine.number)
     short = results[:, -1] > pace_of(most / made.stretch)
-    if not short.any():
-        return
+    used = np.full(len(results), engine.number or 1)
     if engine.number is not None:
         results[short, 0] = TOO_COARSE
-        return
+    if engine.number is not None or not short.any():
+        return used
     taken = np.ones(len(results))
     while True:
         # The last column is the pace.
         needed = _powers(periods_of(results[:, -1]) * made.stretch / engine.within)
         open_ = needed > taken
         if not open_.any():
-            return
+            return used
         beyond = open_ & (needed > MOST_STEPS)
         flown = open_ & _flown(results) & (results[:, 1] > PACED * made.fitted.period)
         wanted = np.where(flown, np.minimum(needed, _WIDER * taken), needed)
@@ -63,7 +63,7 @@ def refine(made: Prepared, engine: FixedSteps, results: np.ndarray, again: Again
         ends = results[:, 1].copy()
         for steps in np.unique(wanted[open_]).tolist():
             again(np.flatnonzero(open_ & (wanted == steps)), int(steps))
-        taken[open_] = wanted[open_]
+        taken[open_] = used[open_] = wanted[open_]
         # It flies off at the same time by shorter steps: they show the loop, not themselves.
         close = np.abs(results[:, 1] - ends) <= 0.02 * ends + 2 * made.fitted.period
         taken[open_ & flown & _flown(results) & close] = math.inf

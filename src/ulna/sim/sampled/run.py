@@ -85,6 +85,7 @@ def _trajectory(
         outcome=outcome,
         further=MappingProxyType(_series(done, record, rows, extra=extra)),
         events=_events(loop, starts, done, record, columns, outcome, ended),
+        steps=int(done.steps[0]),
     )
     note = chatter(run, done.made.fitted.period)
     return replace(run, note=note) if note else run

@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import SimulationError
-from ulna.loop import TINY, Fitted, Loop, parameters_of
+from ulna.loop import TINY, Loop, parameters_of
 from ulna.program import to_python
 from ulna.sim.cache import IdentityCache
 from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated, input_values
@@ -174,44 +174,53 @@ def _check_span(name: str, given: Input, end: float) -> None:
 
 
 def _memory(loop: Loop, made: Prepared, starts: Starts, runs: int) -> dict[str, np.ndarray]:
-    """(N,) by name: states of estimator and controller, and driven inputs, at the start."""
-    wiring = loop.wiring
     if made.foreign is not None and not starts.memory:
         return {name: np.full(runs, value) for name, value in made.foreign.initial.items()}
+    return begun(loop, starts.memory, parameters=starts.controller, runs=runs)
+
+
+def begun(
+    loop: Loop, given: Mapping[str, Any], *, parameters: Mapping[str, float] | None = None, runs: int = 1
+) -> dict[str, np.ndarray]:
+    """(N,) by name where they do not begin at 0: states of estimator and controller, and driven inputs, in SI.
+
+    Args:
+        loop: with a processor. given: (N,) or numbers by name; estimates too, of an estimator that can start at them.
+        parameters: of the controller by name, where other than its own. runs: N.
+
+    Raises:
+        SimulationError: names that the controller does not have, values that are not finite.
+    """
+    wiring = loop.wiring
     estimator = wiring.injected
-    if estimator is None and not starts.memory:
+    if estimator is None and not given:
         return {}
     names = [s.name for s in wiring.memory]
     shown = [] if estimator is None else [s.name for s in estimator.system.outputs]
     known = (*names, *shown, *(s.name for s in wiring.driven))
-    unknown = [name for name in starts.memory if name not in known]
+    unknown = [name for name in given if name not in known]
     if unknown:
         raise SimulationError(
             "initial state of the controller",
             f"there is no {', '.join(unknown)}.",
             f"Known: {', '.join(dict.fromkeys(known)) or 'none'}.",
         )
-    found = {name: np.broadcast_to(np.asarray(value, dtype=float), (runs,)) for name, value in starts.memory.items()}
+    found = {name: np.broadcast_to(np.asarray(value, dtype=float), (runs,)) for name, value in given.items()}
     if not all(np.isfinite(values).all() for values in found.values()):
         raise SimulationError("initial state of the controller", "a value is not a finite number.")
-    begun = (
-        {}
-        if estimator is None
-        else _started(estimator, made.fitted, starts, {name: found.get(name, 0.0) for name in shown})
-    )
-    return begun | found
+    if estimator is None:
+        return found
+    numbers = parameters_of(wiring, parameters or {})
+    return _started(estimator, numbers, runs, {name: found.get(name, 0.0) for name in shown}) | found
 
 
 def _started(
-    estimator: LinearInjection, fitted: Fitted, starts: Starts, shown: Mapping[str, Any]
+    estimator: LinearInjection, numbers: list[float], runs: int, shown: Mapping[str, Any]
 ) -> dict[str, np.ndarray]:
     """The estimator's states for the estimates wanted at the start."""
-    runs = len(starts.initial)
     symbols = [sp.Symbol(name, real=True) for name in shown]
     own = [s.name for s in estimator.system.states]
-    values = dict(
-        zip(estimator.system.parameter_symbols, parameters_of(fitted.wiring, starts.controller), strict=False)
-    )
+    values = dict(zip(estimator.system.parameter_symbols, numbers, strict=False))
     expressions = [expression.xreplace(values) for expression in estimator.start]
     evaluate = to_python(kernel("start", symbols, dict(zip(own, expressions, strict=True))))
     if all(np.ndim(value) == 0 for value in shown.values()):
@@ -219,5 +228,5 @@ def _started(
         return {name: np.full(runs, value) for name, value in zip(own, row, strict=True)}
     # One by one: a run gets the same bits alone.
     rows = np.stack([np.broadcast_to(np.asarray(value, dtype=float), (runs,)) for value in shown.values()], axis=1)
-    begun = np.array([evaluate(*row) for row in rows.tolist()])
-    return dict(zip(own, begun.T, strict=True))
+    columns = np.array([evaluate(*row) for row in rows.tolist()])
+    return dict(zip(own, columns.T, strict=True))

@@ -24,13 +24,14 @@ class Worked:
 
     Attributes:
         made: the loop. results: (N, columns), see `Prepared.columns`. record: (rows, N, samples) of `made.record`.
-        last: number of the last sample of a lone run.
+        last: number of the last sample of a lone run. steps: (N,) of each stretch of constant input.
     """
 
     made: Prepared
     results: np.ndarray
     record: np.ndarray
     last: int
+    steps: np.ndarray
 
 
 def work(
@@ -86,8 +87,8 @@ def work(
         if made.record:
             kept[:, rows] = path
 
-    refine(made, engine, results, again)
-    return Worked(made=made, results=results, record=kept, last=last)
+    steps = refine(made, engine, results, again)
+    return Worked(made=made, results=results, record=kept, last=last, steps=steps)
 
 
 def _run(

@@ -1,5 +1,5 @@
 """Kernels as functions of JavaScript."""
 
-from ulna.program.lowering.javascript.printer import to_javascript
+from ulna.program.lowering.javascript.printer import to_javascript, to_javascript_in_place
 
-__all__ = ["to_javascript"]
+__all__ = ["to_javascript", "to_javascript_in_place"]

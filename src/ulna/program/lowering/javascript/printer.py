@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 
 from ulna.program.instructions import Instruction
 from ulna.program.kernel import Kernel
@@ -20,22 +21,46 @@ def to_javascript(kernel: Kernel, function_name: str, *, precision: Precision = 
     Raises:
         FormulaError: a function name that is no identifier; FMA and FLIP, which JavaScript does not have.
     """
-    single = precision is Precision.SINGLE
+    given = [f"inputs[{k}]" for k in range(len(kernel.inputs))]
+    taken = [f"outputs[{k}]" for k in range(len(kernel.outputs))]
+    return _function(kernel, f"{checked_function_name(function_name)}(inputs, outputs)", (given, taken), precision)
+
+
+def to_javascript_in_place(
+    kernel: Kernel, function_name: str, places: Mapping[str, int], *, precision: Precision = Precision.DOUBLE
+) -> str:
+    """The text of `function name(m)` of one array that holds inputs and outputs, each at its place there.
+
+    An output may take the place of an input: everything is read before anything is written. Otherwise as
+    `to_javascript`.
+
+    Args:
+        kernel, function_name, precision: see there. places: of every input that is used and of every output.
+
+    Raises:
+        FormulaError: see there.
+    """
+    given = [f"m[{places[name]}]" if name in places else "" for name in kernel.inputs]
+    taken = [f"m[{places[name]}]" for name in kernel.outputs]
+    return _function(kernel, f"{checked_function_name(function_name)}(m)", (given, taken), precision)
+
+
+def _function(kernel: Kernel, head: str, ends: tuple[Sequence[str], Sequence[str]], precision: Precision) -> str:
+    """The function that reads its inputs and leaves its outputs at these ends."""
     language = Language(
         name="JavaScript",
         templates=TEMPLATES,
         literal=lambda each: _literal(each, precision),
         choice="({0} ? {1} : {2})",
     )
-    pairs, results = language.statements(kernel, kernel.identifiers)
+    names = [f"a{k}" for k in range(len(kernel.inputs))]
+    pairs, results = language.statements(kernel, names)
     used = {k for each in kernel.instructions for k in each.operands} | set(kernel.results)
-    rounded = "Math.fround({0})" if single else "{0}"
-    lines = [f"function {checked_function_name(function_name)}(inputs, outputs) {{", '  "use strict";']
-    lines += [
-        f"  const {name} = {rounded.format(f'inputs[{k}]')};" for k, name in enumerate(kernel.identifiers) if k in used
-    ]
+    rounded = "Math.fround({0})" if precision is Precision.SINGLE else "{0}"
+    lines = [f"function {head} {{", '  "use strict";']
+    lines += [f"  const {name} = {rounded.format(ends[0][k])};" for k, name in enumerate(names) if k in used]
     lines += [f"  const {name} = {rounded.format(text)};" for name, text in pairs]
-    lines += [f"  outputs[{k}] = {text};" for k, text in enumerate(results)]
+    lines += [f"  {place} = {text};" for place, text in zip(ends[1], results, strict=True)]
     return "\n".join([*lines, "}"]) + "\n"
 
 
