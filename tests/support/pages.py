@@ -10,7 +10,7 @@ from typing import Any
 
 from compilers import node
 
-from ulna.studio import LoopScript, json_text, runtime_script
+from ulna.page import LoopScript, json_text, runtime_script
 
 
 def run_page(scripts: LoopScript | list[LoopScript], body: str, folder: Path) -> Any:

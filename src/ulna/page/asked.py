@@ -10,9 +10,9 @@ import sympy as sp
 
 from ulna.base import SimulationError, UlnaError
 from ulna.loop import Loop, fingerprint
-from ulna.studio.facts import signal_facts
-from ulna.studio.program import Program
-from ulna.studio.vector import Begin
+from ulna.page.facts import signal_facts
+from ulna.page.program import Program
+from ulna.page.vector import Begin
 from ulna.system import Signal, System
 
 PUSH = "push_"
@@ -83,7 +83,7 @@ def identity(loop: Loop | System, kind: str, period: float, *, plain: bool) -> d
 
 def complete(made: Program, facts: Mapping[str, Any], period: float) -> None:
     """Slots and numbers that every engine needs."""
-    for slot in ("samples", "code", "ended", "seed", "bound_square", "period", "steps", "least_steps", "whole_delay",
+    for slot in ("samples", "outcome", "ended", "seed", "bound_square", "period", "steps", "least_steps", "whole_delay",
                  "option_drive", *(f"option_{each['name']}" for each in facts["options"])):  # fmt: skip
         made.slot(slot)
     for each in facts["initial"]:

@@ -5,7 +5,7 @@ const OUTCOMES = ["running", "blown up", "not finite", "too stiff"];
 function ulnaLoop(program, facts) {
   const m = new Float64Array(program.size);
   const at = (slot) => program.places[slot];
-  const CODE = at("code"), K = at("samples"), TIME = at("time");
+  const CODE = at("outcome"), K = at("samples"), TIME = at("time");
   const core = program.kind === "sampled" ? sampledCore(program) : flowingCore(program);
   const read = new Map(), inputs = new Map(), initial = new Map(), options = new Map();
   const parameters = { plant: new Map(), controller: new Map() };

@@ -26,8 +26,8 @@ from ulna.loop import (
     Saturation,
     SlewLimit,
 )
+from ulna.page import LoopScript, loop_script
 from ulna.program import Plain, Precision
-from ulna.studio import LoopScript, loop_script
 
 pytestmark = pytest.mark.skipif(node() is None, reason="there is no node")
 

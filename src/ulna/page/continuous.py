@@ -8,9 +8,9 @@ import numpy as np
 import sympy as sp
 
 from ulna.loop import Loop
+from ulna.page.program import Program
 from ulna.program import Kernel, Plain, hoist, in_arithmetic, restricted, to_numpy
 from ulna.sim import limited
-from ulna.studio.program import Program
 from ulna.symbolic.compiling import kernel
 from ulna.system import System
 

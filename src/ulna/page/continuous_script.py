@@ -8,12 +8,12 @@ from typing import Any
 
 from ulna.base import SimulationError
 from ulna.loop import Loop
-from ulna.studio.asked import Asked, complete, identity, input_facts, pushed, with_vector
-from ulna.studio.continuous import continuous_program, pace_of
-from ulna.studio.facts import limits_of, parameter_facts, parameter_values, signal_facts, stops_of
-from ulna.studio.program import Program
-from ulna.studio.start import check_inputs, point_of, reference_at_start, states_at_start
-from ulna.studio.vector import Begin, continuous_vector
+from ulna.page.asked import Asked, complete, identity, input_facts, pushed, with_vector
+from ulna.page.continuous import continuous_program, pace_of
+from ulna.page.facts import limits_of, parameter_facts, parameter_values, signal_facts, stops_of
+from ulna.page.program import Program
+from ulna.page.start import check_inputs, point_of, reference_at_start, states_at_start
+from ulna.page.vector import Begin, continuous_vector
 from ulna.system import System
 
 PROMISE = {

@@ -7,14 +7,14 @@ from dataclasses import replace
 from typing import Any
 
 from ulna.loop import Loop
+from ulna.page.asked import Asked, complete, identity, input_facts, pushed, with_vector
+from ulna.page.facts import limits_of, parameter_facts, sampled_options, sampled_signals, signal_facts, stops_of
+from ulna.page.program import Program
+from ulna.page.sampled import plain, sampled_program
+from ulna.page.start import check_inputs, point_of, reference_at_start, states_at_start
+from ulna.page.vector import Begin, sampled_vector
 from ulna.program import Plain
 from ulna.sim import begun
-from ulna.studio.asked import Asked, complete, identity, input_facts, pushed, with_vector
-from ulna.studio.facts import limits_of, parameter_facts, sampled_options, sampled_signals, signal_facts, stops_of
-from ulna.studio.program import Program
-from ulna.studio.sampled import plain, sampled_program
-from ulna.studio.start import check_inputs, point_of, reference_at_start, states_at_start
-from ulna.studio.vector import Begin, sampled_vector
 from ulna.symbolic.compiling import rounded
 
 PROMISE = "The plant takes the same Runge-Kutta steps between samples as simulate."

@@ -9,10 +9,10 @@ from typing import Any
 
 from ulna.base import SimulationError
 from ulna.loop import Loop
-from ulna.studio.asked import Asked
-from ulna.studio.continuous_script import continuous_script
-from ulna.studio.facts import parameter_values
-from ulna.studio.sampled_script import sampled_script
+from ulna.page.asked import Asked
+from ulna.page.continuous_script import continuous_script
+from ulna.page.facts import parameter_values
+from ulna.page.sampled_script import sampled_script
 from ulna.system import as_system
 
 ENGINE = ("random", "sampled", "flowing", "loop", "check", "replay", "clock")
@@ -38,7 +38,7 @@ class LoopScript:
 
 def runtime_script() -> str:
     """The engine that every page has once: it defines `ulnaLoop`, `ulnaReplay` and `ulnaClock`."""
-    folder = files("ulna.studio") / "engine"
+    folder = files("ulna.page") / "engine"
     body = "\n".join((folder / f"{name}.js").read_text(encoding="utf-8") for name in ENGINE)
     names = "ulnaLoop, ulnaReplay, ulnaClock"
     return f'(() => {{\n"use strict";\n{body}\nObject.assign(globalThis, {{ {names} }});\n}})();\n'

@@ -13,12 +13,13 @@ from ulna.loop import (
     Flow,
     Loop,
     Pwm,
+    SafeOutput,
     Steps,
     applied,
     plant_kernels,
 )
+from ulna.page.program import Program
 from ulna.program import HOISTED, Plain, Precision, in_arithmetic, restricted
-from ulna.studio.program import Program
 from ulna.symbolic.compiling import kernel
 
 SPARE = 2
@@ -129,7 +130,19 @@ def _tell(made: Program, own: Fitted, found: Fitted, moving: Flow) -> None:
     for name, value in numbers.items():
         # Coefficients stand apart: those that the parameters give are put in their place when a parameter is changed.
         made.begin[name] = value
-    for slot in ("time", "earlier", "next", "clock", "span", "begun", "missed", "fraction", "jitter", "missed_share"):
+    for slot in (
+        "time",
+        "earlier",
+        "next",
+        "clock",
+        "span",
+        "begun",
+        "missed",
+        "elapsed",
+        "fraction",
+        "jitter",
+        "missed_share",
+    ):
         made.slot(slot)
     for stem, count in (("r", len(wiring.references)), ("d", len(wiring.disturbances)), ("z", len(wiring.memory))):
         made.row(stem, count)
@@ -158,7 +171,8 @@ def _tell(made: Program, own: Fitted, found: Fitted, moving: Flow) -> None:
             "noises": [k for k, noise in enumerate(own.noises) if noise is not None],
             "jittered": hardware.jitter is not None,
             "missing": hardware.missed is not None,
-            "safe": guard is not None and guard.output is not None,
+            "timed": hardware.told_elapsed,
+            "safe": guard is not None and isinstance(guard.reaction, SafeOutput),
             "single": hardware.arithmetic.precision is Precision.SINGLE,
             "pulsed": any(isinstance(each, Pwm) and each.pulsed for each in own.drives),
             "driveless": all(each is None for each in own.drives),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ulna.page.facts import signal_facts
+from ulna.page.vector import numbers
 from ulna.sim import Outcome, Trajectory
-from ulna.studio.facts import signal_facts
-from ulna.studio.vector import numbers
 from ulna.system import Signal
 
 MOST = 20_000

@@ -8,8 +8,8 @@ from typing import Any
 
 from ulna.base import PlantError, unit
 from ulna.loop import Fitted, Loop, Pwm
-from ulna.studio.program import Program
-from ulna.studio.sampled import SPARE, retimed
+from ulna.page.program import Program
+from ulna.page.sampled import SPARE, retimed
 from ulna.symbolic.compiling import rounded
 from ulna.system import Parameter, Signal, System
 
@@ -88,11 +88,12 @@ def sampled_signals(loop: Loop) -> list[dict[str, Any]]:
         ("measured", "{}_measured", "yn{}", wiring.measured),
         ("memory", "{}", "z{}", wiring.memory),
     ]
+    watched = [{"name": "fault", "slot": "code", "unit": "", "text": "fault code of the processor", "role": "fault"}]
     return [
         {"name": label.format(s.name), "slot": slot.format(k), "unit": s.unit, "text": s.text, "role": role}
         for role, label, slot, signals in groups
         for k, s in enumerate(signals)
-    ]
+    ] + (watched if loop.fit({}).hardware.watches else [])
 
 
 def sampled_options(made: Program, loop: Loop) -> list[dict[str, Any]]:

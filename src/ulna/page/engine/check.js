@@ -35,6 +35,8 @@ function checked(program, facts) {
     for (let row = 0; row * width < rows.length; row++) most = Math.max(most, Math.abs(rows[row * width + column]));
     return most;
   });
+  const largest = Math.max(...scale);
+  scale.forEach((each, column) => { scale[column] = Math.max(each, 1e-6 * largest); });
 
   function filled(k) {
     for (const [place, values] of noise) m[place] = values[k];

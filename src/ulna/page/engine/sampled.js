@@ -9,7 +9,7 @@ function sampledCore(program) {
   const states = row("x", program.states), was = new Float64Array(program.states);
   const K = at("samples"), TIME = at("time"), SPAN = at("span"), CLOCK = at("clock"), BEGUN = at("begun");
   const EARLIER = at("earlier"), NEXT = at("next"), PERIOD = at("period"), FRACTION = at("fraction");
-  const STEPS = at("steps"), PACE = at("pace"), FAULT = at("fault"), CODE = at("code"), ENDED = at("ended");
+  const STEPS = at("steps"), PACE = at("pace"), FAULT = at("fault"), CODE = at("outcome"), ENDED = at("ended");
   const WHOLE = at("whole_delay"), DRIVE = at("option_drive"), BOUND = at("bound_square");
   const commands = row("c", driven), believed = row("believed", driven), late = row("late", driven);
   const early = row("early", driven), before = row("ua", driven), after = row("ub", driven);
@@ -86,6 +86,7 @@ function sampledCore(program) {
         m[EARLIER] = (k - 1) * period;
         m[SPAN] = period;
       }
+      if (program.timed) m[at("elapsed")] = program.jittered ? m[TIME] - m[EARLIER] : period;
       for (const [place, given] of program.entries) m[place] = m[given] + 0;
       for (const [place, stream, std] of noises) {
         if (core.given === undefined) m[place] = m[std] === 0 ? 0 : normal(seeded(m), k * streams + stream);

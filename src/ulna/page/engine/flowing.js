@@ -17,7 +17,7 @@ function flowingCore(program) {
   const n = program.states;
   const X = at("x0"), G = at("g0"), F = at("f0");
   const K = at("samples"), TIME = at("time"), PERIOD = at("period"), LIMITS = at("limits"), STEP = at("step");
-  const CODE = at("code"), ENDED = at("ended"), BOUND = at("bound_square");
+  const CODE = at("outcome"), ENDED = at("ended"), BOUND = at("bound_square");
   const slopes = Array.from({ length: 7 }, () => new Float64Array(n));
   const rates = (m) => (program.limited && !m[LIMITS] ? program.rates_free(m) : program.rates(m));
 

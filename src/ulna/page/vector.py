@@ -23,6 +23,9 @@ ROWS = 200
 CLOSE = 1e-4
 """Relative to a signal's largest value: without a processor the page integrates by other steps than `simulate`."""
 
+FAR = 100.0
+"""Times the size at the start beyond which a run without a processor is not compared."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Begin:
@@ -119,6 +122,10 @@ def continuous_vector(system: System, loop: Loop | None, begin: Begin, period: f
         raise UlnaError(f"a recorded run of '{system.name}'", "it ends where it begins.")
     slots = {f"x{k}": run.states[:, k] for k in range(len(system.states))}
     last = len(run.times) - 1 if run.outcome.name == "FINISHED" else max(1, len(run.times) - 2)
+    # What runs away doubles every difference, too.
+    sizes = np.abs(run.states).max(axis=1)
+    far = np.flatnonzero(sizes > FAR * (1.0 + sizes[0]))
+    last = max(1, min(last, int(far[0]) - 1)) if far.size else last
     tolerance = 0.0 if system.discrete else CLOSE
     return {**_rows(slots, last), "begin": [], "off": [], "inputs": [], "tolerance": tolerance}
 

@@ -1,7 +1,7 @@
 """The page: a loop lowered to JavaScript, to be driven by hand in a browser."""
 
-from ulna.studio.embedding import json_text
-from ulna.studio.replay import replay_data
-from ulna.studio.script import LoopScript, loop_script, runtime_script
+from ulna.page.embedding import json_text
+from ulna.page.replay import replay_data
+from ulna.page.script import LoopScript, loop_script, runtime_script
 
 __all__ = ["LoopScript", "json_text", "loop_script", "replay_data", "runtime_script"]
