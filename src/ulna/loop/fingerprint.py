@@ -21,7 +21,9 @@ def fingerprint(loop: Loop) -> str:
     """The hash of plant, design and hardware; equal for loops that are written alike, digit for digit."""
     parts = loop.parts
     design = None if parts is None else system_to_mapping(parts.system)
-    whole = {"plant": system_to_mapping(loop.plant), "design": design, "hardware": _plain(loop.hardware)}
+    plant = system_to_mapping(loop.plant)
+    plant.pop("picture", None)  # how it is drawn decides nothing
+    whole = {"plant": plant, "design": design, "hardware": _plain(loop.hardware)}
     text = json.dumps(whole, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:LENGTH]
 

@@ -16,10 +16,11 @@ from ulna.base import PlantError, UnitError, unit
 from ulna.symbolic.formulas import exact, formula, parse_formula
 from ulna.system.dimensions import check_dimensions
 from ulna.system.holder import SystemLike, as_system
+from ulna.system.picture import picture_of, picture_to_mapping
 from ulna.system.signal import Definition, Parameter, Signal
 from ulna.system.system import System
 
-_SECTIONS = ("parameters", "definitions", "states", "inputs", "outputs", "operating_point")
+_SECTIONS = ("parameters", "definitions", "states", "inputs", "outputs", "operating_point", "picture")
 _TOP = (
     "format",
     "name",
@@ -74,6 +75,7 @@ def system_from_mapping(data: Mapping[str, Any], *, where: str = "plant") -> Sys
             (name, _number(value, f"operating point of '{name}' in {where}"))
             for name, value in data.get("operating_point", {}).items()
         ),
+        picture=picture_of(data.get("picture"), states=states, parameters=parameters, where=where),
     )
     if data.get("dimensions", "checked") != "unchecked":
         check_dimensions(system)
@@ -106,6 +108,7 @@ def system_to_mapping(system: SystemLike) -> dict[str, Any]:
             for s, r in zip(system.outputs, system.readouts, strict=True)
         },
         "operating_point": {name: _text(value) for name, value in system.operating_point},
+        "picture": {} if system.picture is None else picture_to_mapping(system.picture),
     }
     return data | {key: rows for key, rows in sections.items() if rows}
 

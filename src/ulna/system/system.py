@@ -11,6 +11,7 @@ import sympy as sp
 from ulna.base import PlantError
 from ulna.symbolic.formulas import RESERVED, check_power, exact, listing, without_value
 from ulna.symbolic.solving import solve_affine
+from ulna.system.picture import Picture
 from ulna.system.signal import Definition, Parameter, Signal, from_si
 from ulna.system.sizes import check_size
 
@@ -32,6 +33,7 @@ class System:
         operating_point: exact SI values given for some states and inputs; `equilibrium.operating_point` completes it.
         period: None in continuous time; else s, exact, from one value of the states to the next.
         text: a line on what the system is; source: where it comes from.
+        picture: how it is drawn; None where nothing is said.
 
     Raises:
         PlantError: for duplicate or reserved names, counts that differ, and undeclared symbols.
@@ -49,6 +51,7 @@ class System:
     period: sp.Expr | None = None
     text: str = ""
     source: str = ""
+    picture: Picture | None = None
 
     def __post_init__(self) -> None:
         _check_period(self)
@@ -150,6 +153,7 @@ class System:
             readouts=readouts,
             definitions=(),
             parameters=tuple(p for p in self.parameters if p.name not in fixed),
+            picture=self.picture and self.picture.with_values({s.name: float(v) for s, v in numbers.items()}),
         )
 
     def with_parameters(self, values: Mapping[str, Any]) -> System:
