@@ -168,3 +168,23 @@ def test_plants_files_and_questions_complete(tmp_path, monkeypatch):
     assert complete_question("invo") == ["involutive"]
     assert set(QUESTIONS) == set(analyse(model("duffing")))
     assert set(plant_names()) == {entry.name for entry in models()}
+
+
+def test_a_run_says_how_far_over_how_fast_and_at_what_effort():
+    arm = ["simulate", "one_link_arm", "--controller-poles=-4,-5,-6", "--initial", "1,0,0"]
+    said = narrow(80, *arm)
+    assert re.search(r"y to 0 rad: settles \(2 %\) in \d\.\d+ s, overshoot [\d.]+ %", said)
+    assert re.search(r"u: effort [\d.]+ V RMS, at most [\d.]+ V", said)
+    assert max(map(len, said.splitlines())) <= 80
+    assert "e-1" not in said  # no dust
+    figures = answered(*arm)["figures"]
+    assert figures["outputs"]["y"]["target"] == 0.0
+    assert figures["inputs"]["u"]["peak"] > 0
+    follows = answered("simulate", "one_link_arm", "--controller-poles=-4,-5,-6", "--track", "--reference", "y=sin(t)")
+    assert abs(follows["figures"]["following"]["y"]["last"]) < 1e-6
+    assert "figures" not in answered("simulate", "one_link_arm", "--initial", "1,0,0")
+
+
+def test_a_held_point_is_the_target_where_no_reference_is_given():
+    tank = answered("simulate", "quadruple_tank", "--best", "--horizon", "20")
+    assert all(each["target"] != 0.0 for each in tank["figures"]["outputs"].values())

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from ulna.base import SimulationError, UlnaError
+from ulna.design import SetPoint, close_loop, controller_for
 from ulna.plants import model
 from ulna.plot import plot_trajectories, plot_trajectory
-from ulna.sim import Trajectory, simulate
+from ulna.sim import Held, Trajectory, simulate
 
 
 @pytest.fixture(scope="module")
@@ -33,3 +34,27 @@ def test_an_unknown_signal_or_no_run_is_refused(run: Trajectory) -> None:
         plot_trajectory(run, ("speed",))
     with pytest.raises(UlnaError, match="no run"):
         plot_trajectories({})
+
+
+def test_estimate_reference_and_set_point_stand_in_the_panel_of_what_they_are_of() -> None:
+    arm = model("one_link_arm").with_values()
+    made = controller_for(arm, law=[-4, -5, -6], observer=[-9, -10, -11], reference=SetPoint())
+    run = simulate(close_loop(arm, made), [0.2, 0, 0], np.linspace(0, 1, 21), inputs={"y_ref": 0.5})
+    figure = plot_trajectory(run, levels={"u": [-24, 24]})
+    assert [axes.get_ylabel() for axes in figure.axes] == ["theta (rad)", "omega (rad/s)", "i (A)", "u (V)"]
+    drawn = [np.asarray(line.get_ydata()) for line in figure.axes[0].get_lines()]
+    assert [
+        np.array_equal(values, run[name]) for values, name in zip(drawn, ("theta", "theta_hat", "y_ref"), strict=True)
+    ] == [True] * 3
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["run", "estimate", "reference"]
+    assert {float(np.asarray(line.get_ydata())[0]) for line in figure.axes[3].get_lines()} >= {-24.0, 24.0}
+
+
+def test_what_a_processor_holds_is_drawn_as_steps_with_every_value() -> None:
+    held = Held(times=np.array([0.0, 0.1, 0.3]), values=np.array([1.0, -1.0, 2.0]))
+    run = simulate(model("one_link_arm"), (1.0, 0.0, 0.0), np.linspace(0.0, 0.5, 4), inputs={"u": held})
+    line = plot_trajectory(run, ["u"]).axes[0].get_lines()[0]
+    assert line.get_drawstyle() == "steps-post"
+    assert np.asarray(line.get_xdata()).tolist() == [0.0, 0.1, 0.3, 0.5]
+    assert np.asarray(line.get_ydata()).tolist() == [1.0, -1.0, 2.0, 2.0]
+    assert plot_trajectory(run, ["theta"]).axes[0].get_lines()[0].get_drawstyle() == "default"

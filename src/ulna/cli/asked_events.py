@@ -61,16 +61,22 @@ def settlings(asked: Run, texts: Sequence[str]) -> tuple[Settling, ...]:
 
 
 def _target(asked: Run, name: str, option: str) -> float:
-    from ulna.sim import rest_values
-
     reference = asked.inputs.get(f"{name}_ref")
-    if reference is None:
-        return rest_values(asked.loop.plant.with_parameters(asked.parameters)).get(name, 0.0)
-    if isinstance(reference, float):
-        return reference
+    if reference is None or isinstance(reference, float):
+        return target_of(asked, name)
     raise SimulationError(
         option, f"its reference moves: {reference}.", f"Say where it should end: --settle {name}=0.5."
     )
+
+
+def target_of(asked: Run, name: str) -> float:
+    """Where an output or state is to end, SI: its constant reference, else where the plant is held at rest."""
+    from ulna.sim import rest_values
+
+    reference = asked.inputs.get(f"{name}_ref")
+    if isinstance(reference, float):
+        return reference
+    return rest_values(asked.loop.plant.with_parameters(asked.parameters)).get(name, 0.0)
 
 
 def settled(trajectory: Trajectory, wanted: Sequence[Settling]) -> list[Settled]:

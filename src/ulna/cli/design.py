@@ -14,6 +14,7 @@ from ulna.cli.layout import write_rows, write_texts
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import AsJson, DesignOptions, Exact, PlantOptions, Seconds
 from ulna.cli.patience import take_time
+from ulna.cli.supervisor import kept
 from ulna.cli.terminal import print_json, progress
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ def design(
         made = designed(system if symbolic else system.with_values(), wanted)
     if out is not None:
         write_system(as_file(made), out)
+        kept(f"{out} is written")
     if plot is not None:
         _plot_poles(made, plot)
     if as_json:

@@ -12,8 +12,11 @@ from ulna.base import SimulationError, whole_file
 from ulna.cli.asked_events import Settled, crossings, settled, settlings
 from ulna.cli.asked_plant import plant_in_file
 from ulna.cli.asked_run import Run, run_of
+from ulna.cli.layout import columns, say
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import AsJson, DesignOptions, HardwareOptions, PlantOptions, RunOptions
+from ulna.cli.run_figures import RunFigures, figure_data, figure_lines, figures_of, without_dust
+from ulna.cli.supervisor import kept
 from ulna.cli.terminal import console, print_json, progress
 
 if TYPE_CHECKING:
@@ -73,14 +76,17 @@ def simulate(
         goals = settlings(asked, settle or [])
         trajectory = _trajectory(asked, run, samples, crossings(event or [], until or []), goals)
         reached = settled(trajectory, goals)
+        figures = figures_of(asked, trajectory)
     if out is not None:
         write_trajectory(trajectory, out)
+        kept(f"{out} is written")
     if plot is not None:
-        _plot(trajectory, plot)
+        _plot(asked, trajectory, figures, plot)
     if as_json:
-        print_json(_data(trajectory, reached))
+        told = {} if figures is None else {"figures": figure_data(figures)}
+        print_json(_data(trajectory, reached) | told)
     else:
-        _print(trajectory, reached)
+        _print(trajectory, reached, figures)
     if trajectory.outcome.name not in REACHED:
         raise typer.Exit(1)
 
@@ -134,11 +140,22 @@ def write_trajectory(trajectory: Trajectory, path: Path) -> None:
         raise SimulationError(f"the file '{path}'", "its ending is neither .csv nor .nc.", "Choose one of the two.")
 
 
-def _plot(trajectory: Trajectory, path: Path) -> None:
+def _plot(asked: Run, trajectory: Trajectory, figures: RunFigures | None, path: Path) -> None:
+    """The run with its set points and limits."""
     from ulna.plot.save import save_figure
     from ulna.plot.trajectory import plot_trajectory
 
-    save_figure(plot_trajectory(trajectory), path)
+    levels = {name: [target] for name, target in (figures.targets if figures else {}).items()}
+    for name, limit in asked.loop.saturation.items():
+        levels[name] = [end for end in (limit.lower, limit.upper) if abs(end) < float("inf")]
+    for stop in () if asked.loop.hardware is None else asked.loop.hardware.end_stops:
+        levels[stop.position] = [stop.lower, stop.upper]
+    # A state that the output repeats has the panel.
+    plant = asked.loop.plant
+    for output, readout in zip(plant.outputs, plant.inline(plant.readouts), strict=True):
+        if output.name in levels and str(readout) in {s.name for s in plant.states}:
+            levels.setdefault(str(readout), levels[output.name])
+    save_figure(plot_trajectory(trajectory, levels=levels), path)
 
 
 def _data(trajectory: Trajectory, reached: Sequence[Settled]) -> dict[str, Any]:
@@ -173,31 +190,41 @@ def _estimates(trajectory: Trajectory) -> list[Signal]:
     return [series.signal for series in trajectory.further.values() if series.role == "estimate"]
 
 
-def _print(trajectory: Trajectory, reached: Sequence[Settled]) -> None:
+def _print(trajectory: Trajectory, reached: Sequence[Settled], figures: RunFigures | None) -> None:
     from rich.markup import escape
-    from rich.table import Table
 
     system = trajectory.system
-    table = Table(title=escape(f"{system.name}: {trajectory.outcome.text}"), title_justify="left")
-    for heading in ("signal", "at the start", "at the end", "smallest", "largest"):
-        table.add_column(heading, justify="left" if heading == "signal" else "right")
+    say(f"{system.name}: {trajectory.outcome.text}")
     outputs = (o for o in system.outputs if o not in system.states)
-    for signal in (*system.states, *system.inputs, *outputs, *_estimates(trajectory)):
-        values = trajectory[signal.name]
-        numbers = (values[0], values[-1], values.min(), values.max())
-        table.add_row(escape(signal.label), *(f"{v:.6g}" for v in numbers))
-    console().print(table)
+    signals = (*system.states, *system.inputs, *outputs, *_estimates(trajectory))
+    _print_signals([(signal.label, trajectory[signal.name]) for signal in signals])
+    if figures is not None:
+        units = {signal.name: signal.unit for signal in signals}
+        for text in figure_lines(figures, units):
+            say(text, hanging=2)
     events = [event for event in trajectory.events if event.kind.name not in STAYS]
     if events:
         console().print(_events(events))
     for line in _stays(trajectory):
         console().print(escape(line))
     for each in reached:
-        console().print(escape(each.text), soft_wrap=True)
+        say(each.text, hanging=2)
     if trajectory.note:
-        console().print(escape(trajectory.note))
+        say(trajectory.note)
     if trajectory.outcome.name not in REACHED:
         typer.secho(f"the run ended at t = {trajectory.times[-1]:.6g} s", fg=typer.colors.YELLOW, err=True)
+
+
+def _print_signals(rows: Sequence[tuple[str, Any]]) -> None:
+    """A signal a line, numbers below each other; on a narrow terminal its name a line of its own."""
+    headings = ("at the start", "at the end", "smallest", "largest")
+    widest = max(len(label) for label, _ in rows)
+    narrow = widest + 2 + 4 * 14 > columns()
+    typer.echo(f"{'' if narrow else ' ' * (widest + 2)}{''.join(f'{heading:>14}' for heading in headings)}".rstrip())
+    for label, values in rows:
+        shown = (values[0], values[-1], values.min(), values.max())
+        numbers = "".join(f"{without_dust(v, abs(values).max()):>14.6g}" for v in shown)
+        typer.echo(f"{label}\n{numbers}" if narrow else f"{label:<{widest}}  {numbers}")
 
 
 _SHOWN = 40

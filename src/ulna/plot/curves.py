@@ -26,6 +26,7 @@ class Curve:
         values: shape (k,), in the unit of the panel it stands in.
         hue: number of its colour, counted from zero; curves that belong together share one.
         dash: number of its line style, counted from zero; 0 is solid.
+        steps: each value is held until the next time, as a processor holds its outputs.
     """
 
     label: str
@@ -33,6 +34,7 @@ class Curve:
     values: ArrayLike
     hue: int = 0
     dash: int = 0
+    steps: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +66,7 @@ def plot_panels(panels: Sequence[Panel], *, title: str = "", width: float = 7.2,
         _draw(axes, panel)
     rows[-1].set_xlabel(axis_label("time", "s"), fontsize=10, color=INK)
     figure.align_ylabels(list(rows))
-    set_legend(figure, rows[0], title)
+    set_legend(figure, rows[0], title, list(rows[1:]))
     return figure
 
 
@@ -123,6 +125,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
             np.asarray(curve.values),
             color=colour(curve.hue),
             linestyle=dashes(curve.dash),
+            drawstyle="steps-post" if curve.steps else "default",
             linewidth=1.9 if curve.dash == 0 else 1.6,
             label=curve.label or "_nolegend_",
             solid_capstyle="round",

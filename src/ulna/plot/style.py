@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Sequence
+from typing import Any, Final
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -73,12 +74,18 @@ def set_title(axes: Axes, title: str) -> None:
         axes.set_title(title, loc="left", fontsize=TITLE_SIZE, color=INK, fontweight="bold", pad=10)
 
 
-def set_legend(figure: Figure, axes: Axes, title: str) -> None:
+def set_legend(figure: Figure, axes: Axes, title: str, further: Sequence[Axes] = ()) -> None:
     """Put title and legend above the axes, outside them, where no curve can run under them.
+
+    What only `further` axes show is named, too.
 
     A figure with a single labelled curve needs no legend and gets the title alone.
     """
-    handles, labels = axes.get_legend_handles_labels()
+    named: dict[str, Any] = {}
+    for each in (axes, *further):
+        for handle, label in zip(*each.get_legend_handles_labels(), strict=True):
+            named.setdefault(label, handle)
+    handles, labels = list(named.values()), list(named)
     if len(labels) < 2:
         set_title(axes, title)
         return

@@ -2,29 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from ulna.base import UlnaError
 from ulna.plot.curves import Curve, Panel, plot_panels
-from ulna.sim import Trajectory
+from ulna.sim import Held, Trajectory
 from ulna.system import Signal
 
 
-def plot_trajectory(trajectory: Trajectory, signals: Sequence[str] = (), *, title: str = "") -> Figure:
+def plot_trajectory(
+    trajectory: Trajectory,
+    signals: Sequence[str] = (),
+    *,
+    title: str = "",
+    levels: Mapping[str, Sequence[float]] | None = None,
+) -> Figure:
     """Return the signals of one run, one panel each; see `plot_trajectories`."""
-    return plot_trajectories({"": trajectory}, signals, title=title or trajectory.system.name)
+    return plot_trajectories({"": trajectory}, signals, title=title or trajectory.system.name, levels=levels)
 
 
-def plot_trajectories(runs: Mapping[str, Trajectory], signals: Sequence[str] = (), *, title: str = "") -> Figure:
+def plot_trajectories(
+    runs: Mapping[str, Trajectory],
+    signals: Sequence[str] = (),
+    *,
+    title: str = "",
+    levels: Mapping[str, Sequence[float]] | None = None,
+) -> Figure:
     """Return the signals of several runs, one panel for each signal, one colour for each run.
 
     Args:
         runs: label → run; all of systems that have the signals.
         signals: names of states, outputs or inputs, from the top; none means every state and input of the first run,
-            and every output that is not a state.
+            and every output that is not a state. The estimate of a state (`theta_hat`) and the reference of an output
+            (`y_ref`) stand in its panel, dashed; what a processor holds is drawn as steps.
         title: stands over the first panel.
+        levels: by signal, values marked by faint horizontal lines: a set point, limits.
 
     Raises:
         UlnaError: no run.
@@ -38,14 +54,44 @@ def plot_trajectories(runs: Mapping[str, Trajectory], signals: Sequence[str] = (
         Panel(
             quantity=name,
             unit=_unit(first, name),
-            curves=tuple(
-                Curve(label=label, times=run.times, values=run[name], hue=hue)
-                for hue, (label, run) in enumerate(runs.items())
-            ),
+            curves=tuple(c for hue, (label, run) in enumerate(runs.items()) for c in _curves(run, name, label, hue)),
+            levels=tuple((levels or {}).get(name, ())),
         )
         for name in names
     ]
     return plot_panels(panels, title=title)
+
+
+def _curves(run: Trajectory, name: str, label: str, hue: int) -> Iterator[Curve]:
+    """The signal, then its estimate and its reference where the run has them."""
+    beside = _beside(run, name)
+    own = label or ("run" if beside else "")
+    held = run.drive.get(name)
+    if isinstance(held, Held):
+        end = run.times[-1]
+        kept = held.times <= end
+        times, values = np.append(held.times[kept], end), np.append(held.values[kept], held.values[kept][-1])
+        yield Curve(label=own, times=times, values=values, hue=hue, steps=True)
+    else:
+        yield Curve(label=own, times=run.times, values=run[name], hue=hue)
+    for dash, (each, what) in enumerate(beside.items(), start=1):
+        told = f"{label}, {what}" if label else what
+        yield Curve(label=told, times=run.times, values=run[each], hue=hue, dash=dash)
+
+
+def _beside(run: Trajectory, name: str) -> dict[str, str]:
+    """What else stands in the panel of a signal, and what the legend calls it."""
+    known = {signal.name for signal in _signals(run)} | run.further.keys()
+    wanted = {f"{name}_hat": "estimate", f"{name}_ref": "reference"}
+    wanted |= {f"{output}_ref": "reference" for output, state in _repeated(run).items() if state == name}
+    return {each: what for each, what in wanted.items() if each in known}
+
+
+def _repeated(run: Trajectory) -> dict[str, str]:
+    """Outputs that only repeat a state, and that state."""
+    states = {signal.name for signal in run.system.states}
+    readouts = zip(run.system.outputs, run.system.readouts, strict=True)
+    return {output.name: str(readout) for output, readout in readouts if str(readout) in states}
 
 
 def _signals(run: Trajectory) -> tuple[Signal, ...]:
@@ -53,14 +99,11 @@ def _signals(run: Trajectory) -> tuple[Signal, ...]:
 
 
 def _all_signals(run: Trajectory) -> tuple[str, ...]:
-    """Every signal once; an output that only repeats a state is left out."""
-    states = {signal.name for signal in run.system.states}
-    repeated = {
-        output.name
-        for output, readout in zip(run.system.outputs, run.system.readouts, strict=True)
-        if str(readout) in states
-    }
-    return tuple(dict.fromkeys(signal.name for signal in _signals(run) if signal.name not in repeated))
+    """Every signal once; not what stands in another panel, nor slopes of a reference."""
+    names = dict.fromkeys(signal.name for signal in _signals(run))
+    left_out = {each for name in names for each in _beside(run, name)} | _repeated(run).keys()
+    slopes = re.compile(r"_ref_d\d+$")
+    return tuple(name for name in names if name not in left_out and not slopes.search(name))
 
 
 def _unit(run: Trajectory, name: str) -> str:

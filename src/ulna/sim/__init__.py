@@ -10,7 +10,7 @@ from ulna.sim.ensemble import CODES, Ensemble
 from ulna.sim.event import Event, EventKind
 from ulna.sim.figures import BAND, last_entry, output_figures
 from ulna.sim.inputs import Constant, Formula, Held, Input, Interpolated, as_input, input_values
-from ulna.sim.metrics import InputMetrics, Metrics, OutputMetrics, metrics, output_metrics
+from ulna.sim.metrics import InputMetrics, Metrics, OutputMetrics, input_metrics, metrics, output_metrics
 from ulna.sim.mode import Mode
 from ulna.sim.outcome import Outcome
 from ulna.sim.record import Ends, Figures, Paths
@@ -52,6 +52,7 @@ __all__ = [
     "Trajectory",
     "as_input",
     "begun",
+    "input_metrics",
     "input_values",
     "last_entry",
     "limited",
