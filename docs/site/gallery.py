@@ -20,7 +20,7 @@ import sympy as sp
 import ulna
 from ulna.base import FormulaError, UlnaError
 from ulna.plot import svg_text
-from ulna.report import mathml
+from ulna.base import mathml
 
 ANSWERS = {
     "relative_degree": "relative degree of the outputs",

@@ -12,7 +12,7 @@ from command_line import command_line_page
 from gallery import gallery_pages
 from mkdocs.structure.files import File, Files
 
-from ulna.report import mathml
+from ulna.base import mathml
 
 ROOT = Path(__file__).parents[2]
 # Pages of the repository that the site shows as well, and what their links into docs/ become there.

@@ -51,10 +51,22 @@ def test_the_readme_shows_python() -> None:
     assert ROOT / "README.md" in SHOWING
 
 
+def _told(blocks: list[str]) -> list[str]:
+    """What a page says is printed: the comment lines right below a line that prints."""
+    below = re.findall(r"^print\(.*\)\n((?:#.*\n)+)", "\n".join(blocks), flags=re.MULTILINE)
+    return [re.sub("^# ?", "", each, flags=re.MULTILINE) for each in below]
+
+
 @pytest.mark.parametrize("document", SHOWING, ids=lambda path: str(path.relative_to(ROOT)))
-def test_the_python_of_a_page_runs_from_top_to_bottom(document: Path, tmp_path: Path) -> None:
-    done = _executed(_python_of(document), tmp_path)
+def test_the_python_of_a_page_runs_from_top_to_bottom_and_prints_what_it_says(document: Path, tmp_path: Path) -> None:
+    blocks = _python_of(document)
+    done = _executed(blocks, tmp_path)
     assert done.returncode == 0, done.stderr
+    assert [text for text in _told(blocks) if text not in done.stdout] == []
+
+
+def test_what_a_page_says_is_printed_is_found() -> None:
+    assert _told(["print(1)\n# 1\n#  u = 2\nx = 1\n# not printed\n", "print(x)  # in the line\n"]) == ["1\n u = 2\n"]
 
 
 def test_a_page_whose_python_does_not_run_is_noticed(tmp_path: Path) -> None:

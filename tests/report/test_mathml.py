@@ -10,9 +10,9 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ulna.base import FormulaError
-from ulna.report import mathml, with_decimals
-from ulna.report.letters import LETTERS, SIGNS
+from ulna.base import FormulaError, mathml
+from ulna.base.letters import LETTERS, SIGNS
+from ulna.report import with_decimals
 
 x, y, theta = sp.symbols("x1 y theta_P", real=True)
 

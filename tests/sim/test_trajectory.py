@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import sympy as sp
 import xarray as xr
 
 from ulna.base import SimulationError
+from ulna.loop import Loop
 from ulna.sim import Outcome, Trajectory, simulate
 from ulna.system import Parameter, Signal, System
 
@@ -93,3 +95,50 @@ def test_a_run_that_ended_early_says_so() -> None:
     assert "the norm of the state passed the bound" in repr(run)
     assert run.outputs.shape == (len(run.times), 0)
     assert run.to_xarray().attrs["outcome"] == "blew_up"
+
+
+def test_a_run_unpacks_and_has_signals_in_rows_as_in_python_control(run: Trajectory) -> None:
+    t, y = run
+    assert np.array_equal(t, run.t)
+    assert (run.x.shape, y.shape, run.u.shape) == ((2, 21), (3, 21), (21,))
+    assert np.array_equal(run.x[1], run["omega"])
+    assert np.array_equal(run.u, np.full(21, 0.25))
+
+
+def test_x_y_and_u_of_a_closed_loop_are_those_of_its_plant() -> None:
+    plant = replace(ARM, outputs=ARM.outputs[:1], readouts=ARM.readouts[:1])
+    spring = System(
+        name="spring",
+        states=(),
+        rates=(),
+        inputs=(Signal(name="theta", unit="rad"), Signal(name="goal", unit="rad")),
+        outputs=(Signal(name="u", unit="V"),),
+        readouts=(sp.Symbol("goal", real=True) - theta,),
+    )
+    run = simulate(Loop(plant=plant, controller=spring), (0.5, 0.0), GRID, inputs={"goal": 0.1})
+    assert (run.x.shape, run.y.shape, run.u.shape) == ((2, 21), (21,), (21,))
+    np.testing.assert_allclose(run.u, 0.1 - run.y, rtol=1e-12)
+
+
+def test_text_has_units_above_its_columns_and_every_bit_of_the_numbers(run: Trajectory, tmp_path: Path) -> None:
+    lines = run.to_csv(tmp_path / "run.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "time [s],theta [rad],omega [rad/s],power [W],u [mV],input_u [V]"
+    rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
+    assert np.array_equal(rows[:, 1:3], run.states)
+    with pytest.raises(SimulationError, match="cannot be written"):
+        run.to_csv(tmp_path / "nowhere" / "run.csv")
+
+
+def test_a_notebook_shows_a_table_and_text_of_others_stays_text(run: Trajectory) -> None:
+    assert "theta [rad]" in run._repr_html_()
+    evil = replace(run, note="<script>", system=replace(ARM, name="<b>"))
+    assert "<script>" not in evil._repr_html_()
+    assert "<b>&lt;b&gt;" not in evil._repr_html_().replace("Trajectory of", "")
+
+
+def test_a_run_draws_itself_and_the_figure_shows_itself_in_a_notebook(run: Trajectory) -> None:
+    figure = run.plot("omega", "u")
+    assert [axes.get_ylabel() for axes in figure.axes] == ["omega (rad/s)", "u (mV)"]
+    picture, size = figure._repr_png_()
+    assert picture.startswith(b"\x89PNG")
+    assert abs(int.from_bytes(picture[16:20]) - 2 * size["width"]) <= 1

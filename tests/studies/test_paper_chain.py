@@ -7,9 +7,8 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from ulna.base import UlnaError
+from ulna.base import UlnaError, mathml
 from ulna.plants import model
-from ulna.report import mathml
 from ulna.studies.paper.carry import Checked, Step, check_chain, printed_value, rows_of
 from ulna.studies.paper.chain import X, number_chain
 from ulna.studies.paper.compare import Finding

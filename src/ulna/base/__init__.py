@@ -15,10 +15,14 @@ from ulna.base.errors import (
     printable,
 )
 from ulna.base.files import text_of_file, whole_file
+from ulna.base.formula_element import mathml
+from ulna.base.letters import LETTERS
+from ulna.base.tables import html_table, number_text
 from ulna.base.units import Dimension, Unit, dimension_text, unit
 from ulna.base.verdict import Status, Verdict, all_of
 
 __all__ = [
+    "LETTERS",
     "DesignError",
     "Dimension",
     "FormulaError",
@@ -35,6 +39,9 @@ __all__ = [
     "Verdict",
     "all_of",
     "dimension_text",
+    "html_table",
+    "mathml",
+    "number_text",
     "printable",
     "text_of_file",
     "unit",

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any, NoReturn
 
 from ulna.base.errors import UlnaError
+from ulna.base.tables import html_table
 
 
 class Status(StrEnum):
@@ -101,6 +102,10 @@ class Verdict:
 
     def __str__(self) -> str:
         return f"{self.status}: {self.claim}"
+
+    def _repr_html_(self) -> str:
+        rows = [(name.replace("_", " "), value) for name, value in self.evidence.items()]
+        return html_table(rows, title=str(self))
 
 
 def all_of(claim: str, verdicts: tuple[Verdict, ...] | list[Verdict], /, **evidence: Any) -> Verdict:

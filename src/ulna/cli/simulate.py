@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ulna.base import SimulationError, whole_file
+from ulna.base import SimulationError
 from ulna.cli.asked_events import Settled, crossings, settled, settlings
 from ulna.cli.asked_plant import plant_in_file
 from ulna.cli.asked_run import Run, run_of
@@ -129,11 +129,7 @@ def write_trajectory(trajectory: Trajectory, path: Path) -> None:
         SimulationError: another ending, or a place that cannot be written.
     """
     if path.suffix == ".csv":
-        try:
-            with whole_file(path) as file:
-                file.write(trajectory.to_pandas().to_csv().encode())
-        except OSError as error:
-            raise SimulationError(f"the file '{path}'", f"it cannot be written ({error.strerror or error}).") from None
+        trajectory.to_csv(path)
     elif path.suffix == ".nc":
         trajectory.to_netcdf(path)
     else:

@@ -66,6 +66,9 @@ class Controller:
     def __repr__(self) -> str:
         return "\n".join(repr(part) for part in (self.law, self.observer) if part is not None)
 
+    def _repr_latex_(self) -> str:
+        return "".join(part._repr_latex_() for part in (self.law, self.observer) if part is not None)
+
 
 def controller_for(
     plant: PlantLike,

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
 import sympy as sp
 
-from ulna.base import SimulationError
+from ulna.base import SimulationError, html_table
 from ulna.loop.closed import closed
 from ulna.loop.fitted import Fitted, fitted
 from ulna.loop.flow import Flow, Steps, flow
@@ -19,6 +19,7 @@ from ulna.loop.parts import Parts, parts_of
 from ulna.loop.step import Step, step
 from ulna.loop.timed import timed
 from ulna.loop.wiring import Wiring, wire
+from ulna.symbolic.formulas import display_html
 from ulna.system import Signal, System
 
 
@@ -193,4 +194,26 @@ class Loop:
         return parts if self.hardware is None else f"{parts}, period {self.hardware.period} s"
 
     def _repr_latex_(self) -> str:
-        return self.plant._repr_latex_() if self.sampled else self.system._repr_latex_()
+        """The equations of the whole loop; with a processor those of the plant, then those of its controller."""
+        if not self.sampled:
+            return self.system._repr_latex_()
+        return self.plant._repr_latex_() + parts_of(self.controller).system._repr_latex_()
+
+    def _repr_html_(self) -> str:
+        """A table for notebooks: who is in the loop and what lies between, then the equations."""
+        rows: list[tuple[str, object]] = [("plant", self.plant.name)]
+        if self.controller is not None:
+            rows.append(("controller", self.wiring.name))
+            rows.append(("drives", ", ".join(s.label for s in self.wiring.driven)))
+        for name, signals in (("references", self.references), ("disturbances", self.disturbances)):
+            rows += [(name, ", ".join(s.label for s in signals))] if signals else []
+        rows += [(name.replace("_", " "), value) for name, value in self._told_hardware()]
+        equations = display_html(self._repr_latex_())
+        return f"""{html_table(rows, title=f"Loop of '{self.plant.name}'")}{equations}"""
+
+    def _told_hardware(self) -> list[tuple[str, object]]:
+        """What the hardware has beyond its defaults."""
+        plain = Hardware()
+        given = [(each.name, getattr(self._hardware, each.name)) for each in fields(Hardware)]
+        told = [(name, value) for name, value in given if value != getattr(plain, name)]
+        return [(name, f"{value:g} s" if isinstance(value, float) else value) for name, value in told]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import BytesIO
 from typing import Any, Final
 
 from matplotlib.axes import Axes
@@ -28,6 +29,9 @@ TITLE_SIZE: Final = 11.5
 LABEL_SIZE: Final = 10.0
 TICK_SIZE: Final = 9.0
 
+_DOTS: Final = 96
+"""Of an inch on a page."""
+
 _UNIT_TEXT: Final = {"": "", "1": "", "dimensionless": ""}
 
 
@@ -50,7 +54,17 @@ def axis_label(quantity: str, unit: str) -> str:
 def new_figure(width: float, height: float) -> Figure:
     """An empty white figure of `width` × `height` inches that lays out its axes by itself and belongs to no window."""
     layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
-    return Figure(figsize=(width, height), layout=layout, facecolor="white")
+    return _Shown(figsize=(width, height), layout=layout, facecolor="white")
+
+
+class _Shown(Figure):
+    """A figure that a notebook shows by itself, without pyplot and its state."""
+
+    def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
+        """The picture at twice the pixels that it takes on the page, for sharp screens."""
+        with BytesIO() as buffer:
+            self.savefig(buffer, format="png", dpi=2 * _DOTS)
+            return buffer.getvalue(), {"width": round(self.get_figwidth() * _DOTS)}
 
 
 def dress(axes: Axes) -> None:

@@ -1,5 +1,6 @@
 """Reports: a value in, a document out. One HTML page without network, JSON results, folders written whole."""
 
+from ulna.report.decimals import with_decimals
 from ulna.report.document import (
     Badge,
     Block,
@@ -17,7 +18,6 @@ from ulna.report.document import (
     Tone,
 )
 from ulna.report.folder import output_folder
-from ulna.report.formula_element import mathml, with_decimals
 from ulna.report.page import render_page
 from ulna.report.results import plain, results_text
 
@@ -36,7 +36,6 @@ __all__ = [
     "Table",
     "Text",
     "Tone",
-    "mathml",
     "output_folder",
     "plain",
     "render_page",

@@ -9,8 +9,8 @@ from typing import Any, Final
 
 from markupsafe import Markup, escape
 
+from ulna.base import mathml
 from ulna.report.document import Block, Cell, Document, Tone
-from ulna.report.formula_element import mathml
 
 _SIGNS: Final = {Tone.GOOD: "✓", Tone.MILD: "≈", Tone.BAD: "✗", Tone.PLAIN: ""}
 _INLINE: Final = re.compile(r"(?<!\\)\$([^$]+)\$")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ulna.base import SimulationError
+from ulna.base import SimulationError, html_table
 from ulna.sim.figures import FIGURE_NAMES, ended_inside
 from ulna.sim.outcome import Outcome
 from ulna.sim.starts import Request
@@ -34,6 +34,7 @@ class Ensemble:
         steady_error: (N, p) last value − target.
         peak_error: (N, p) largest |value − target|.
         times: (T,) s of the paths. paths: (N, T) by name; NaN after the end of a run.
+        plant: of a continuous closed loop its plant; None where the system is the plant.
     """
 
     system: System
@@ -50,6 +51,7 @@ class Ensemble:
     peak_error: np.ndarray
     times: np.ndarray = field(default_factory=lambda: np.zeros(0))
     paths: Mapping[str, np.ndarray] = field(default_factory=dict)
+    plant: System | None = None
 
     @property
     def finished(self) -> np.ndarray:
@@ -78,9 +80,42 @@ class Ensemble:
     def __len__(self) -> int:
         return len(self.code)
 
+    def _repr_html_(self) -> str:
+        """A table for notebooks: for each output and driven input what the runs say together."""
+        rows = [
+            (
+                f"{output.label}: {name.replace('_', ' ')}",
+                *_spread(getattr(self, name)[:, column]),
+            )
+            for column, output in enumerate(self.system.outputs)
+            if self.plant is None or output in self.plant.outputs
+            for name in FIGURE_NAMES
+        ]
+        rows += [
+            (f"{name}: {figure.partition('_')[0]}", *_spread(getattr(self, f"{figure}_input")[:, column]))
+            for column, name in enumerate(self.input_names)
+            for figure in ("peak", "rms")
+        ]
+        count = self.settled.sum(axis=0)
+        shares = [
+            f"{o.name} settled in {n} of {len(self)} runs"
+            for o, n in zip(self.system.outputs, count, strict=True)
+            if self.plant is None or o in self.plant.outputs
+        ]
+        return html_table(rows, title=repr(self), headings=("", "smallest", "median", "largest"), below=tuple(shares))
+
     def __repr__(self) -> str:
         done = int(self.finished.sum())
         return f"Ensemble of '{self.system.name}': {len(self)} runs to {self.horizon:g} s, {done} finished"
+
+
+def _spread(values: np.ndarray) -> tuple[float, float, float]:
+    """Smallest, median and largest of the runs that have the figure; NaN where none has it."""
+    known = np.sort(values[~np.isnan(values)])
+    if not len(known):
+        return np.nan, np.nan, np.nan
+    # The lower of two middle runs: the mean of a finite and an infinite time says nothing.
+    return float(known[0]), float(known[(len(known) - 1) // 2]), float(known[-1])
 
 
 def empty_figures(asked: Request) -> dict[str, Any]:

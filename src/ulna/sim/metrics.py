@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from types import MappingProxyType
 
 import numpy as np
 
-from ulna.base import SimulationError
+from ulna.base import SimulationError, html_table
 from ulna.sim.figures import BAND, crossing, last_entry, output_figures
 from ulna.sim.trajectory import Trajectory
 
@@ -48,6 +48,17 @@ class Metrics:
 
     outputs: Mapping[str, OutputMetrics]
     inputs: Mapping[str, InputMetrics]
+
+    def _repr_html_(self) -> str:
+        """Two tables for notebooks: a row for each output, a row for each input."""
+        ways = [
+            (name, *("does not apply" if math.isnan(v) else v for v in astuple(each)))
+            for name, each in self.outputs.items()
+        ]
+        efforts = [(name, *astuple(each)) for name, each in self.inputs.items()]
+        names = ("output", "rise time [s]", "overshoot", "settling time [s]", "steady error", "peak error")
+        tables = [(ways, names), (efforts, ("input", "peak", "RMS"))]
+        return "".join(html_table(rows, headings=headings) for rows, headings in tables if rows)
 
 
 def metrics(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -92,6 +93,7 @@ def simulate(
     moved = sampled or (bool(system.states) and not system.discrete)
     if not moved:
         _check_unmoved(system, engine, several=runs is not None, watched=bool(events or _limits(found)))
+    plant = None if found is None or sampled or found.controller is None else found.plant
     if runs is None and not sampled:
         run = continuous_run(system, found, initial, at, inputs, parameters)
         settings = engine if isinstance(engine, Taylor | Implicit) else TAYLOR
@@ -99,13 +101,14 @@ def simulate(
             trajectory = run_continuous(system, *run, engine=settings, limits=_limits(found), reported=tuple(events))
         else:
             trajectory = run_difference(system, *run) if system.discrete else run_static(system, *run[1:])
+        trajectory = replace(trajectory, plant=plant)
         return _finished(trajectory, float(at[-1])) if throw else trajectory
     asked = request(system, found, runs, initial, at, inputs, parameters, targets, seed, threads)
     if runs is None and found is not None:
         steps = engine if isinstance(engine, FixedSteps) else STEPS
-        trajectory = run_sampled(found, steps, asked.starts, at)
+        trajectory = replace(run_sampled(found, steps, asked.starts, at), plant=plant)
         return _finished(trajectory, float(at[-1])) if throw else trajectory
-    return _many(asked, found, engine, record or Figures(), sampled=sampled)
+    return replace(_many(asked, found, engine, record or Figures(), sampled=sampled), plant=plant)
 
 
 def _many(

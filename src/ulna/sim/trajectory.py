@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ulna.base import SimulationError, whole_file
+from ulna.base import SimulationError, html_table, whole_file
 from ulna.program import Kernel, to_numpy
 from ulna.sim.cache import IdentityCache
 from ulna.sim.event import Event
@@ -53,6 +54,10 @@ class Trajectory:
         events: what happened during a sampled run, in order of time.
         note: one line about how it was integrated, empty where there is nothing to say.
         steps: of a sampled run, Runge-Kutta steps of the plant in each stretch of constant input; else 0.
+        plant: of a continuous closed loop its plant, whose signals x, y and u are; None where the system is the plant.
+
+    `t, y = run` unpacks it, and x, y, u have signals in rows, as in python-control; `states`, `outputs` and `inputs`
+    have them in columns and are those of the whole system.
     """
 
     system: System
@@ -65,6 +70,38 @@ class Trajectory:
     events: tuple[Event, ...] = ()
     note: str = ""
     steps: int = 0
+    plant: System | None = None
+
+    @property
+    def t(self) -> np.ndarray:
+        """(N,) the times, in s."""
+        return self.times
+
+    @property
+    def x(self) -> np.ndarray:
+        """(n, N) the states of the plant."""
+        return self.states[:, : len(self._plant.states)].T
+
+    @property
+    def y(self) -> np.ndarray:
+        """(p, N) the outputs of the plant; (N,) of a single one."""
+        return _squeezed(self.outputs[:, : len(self._plant.outputs)])
+
+    @property
+    def u(self) -> np.ndarray:
+        """(m, N) the inputs of the plant, in a loop what the controller told it; (N,) of a single one."""
+        if self.plant is None:
+            return _squeezed(self.inputs)
+        # A closed loop shows the outputs of its plant, then the plant's inputs.
+        first = len(self._plant.outputs)
+        return _squeezed(self.outputs[:, first : first + len(self._plant.inputs)])
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        return iter((self.t, self.y))
+
+    @property
+    def _plant(self) -> System:
+        return self.system if self.plant is None else self.plant
 
     @cached_property
     def inputs(self) -> np.ndarray:
@@ -149,6 +186,35 @@ class Trajectory:
             raise _unwritable(target, error) from error
         return target
 
+    def to_csv(self, path: str | Path) -> Path:
+        """Write the labelled form as text: a column for each signal, `theta [rad]` above it; the file appears whole.
+
+        Every number is written so that it is read back as it was.
+
+        Raises:
+            SimulationError: a place that cannot be written.
+        """
+        labelled = self._labelled()
+        headings = ["time [s]", *(f"{label} [{s.unit}]" if s.unit else label for label, s, _, _ in labelled)]
+        columns = np.column_stack([self.times, *(values for _, _, _, values in labelled)])
+        lines = [",".join(headings), *(",".join(map(repr, row)) for row in columns.tolist())]
+        target = Path(path)
+        try:
+            with whole_file(target) as file:
+                file.write(("\n".join(lines) + "\n").encode())
+        except OSError as error:
+            raise _unwritable(target, error) from error
+        return target
+
+    def plot(self, *signals: str, title: str = "") -> Any:
+        """A figure of the run, a panel for each signal: states, outputs that are none, inputs, or those named.
+
+        Raises:
+            SimulationError: an unknown name.
+        """
+        # By name: drawing lies above simulation, and this is the one step upwards, for whoever types it in a notebook.
+        return import_module("ulna.plot").plot_trajectory(self, signals, title=title)
+
     def _attributes(self) -> dict[str, str | float]:
         """What is true of the whole run."""
         whole: dict[str, str | float] = {
@@ -177,11 +243,30 @@ class Trajectory:
             found[label] = (label, signal, role, values)
         return list(found.values())
 
+    def _repr_html_(self) -> str:
+        """A table for notebooks: where each signal begins and ends, and its range."""
+        labelled = self._labelled()
+        rows = [
+            (f"{label} [{s.unit}]" if s.unit else label, values[0], values[-1], values.min(), values.max())
+            for label, s, _, values in labelled
+        ]
+        headings = ("signal", "at the start", "at the end", "smallest", "largest")
+        count = len(self.events)
+        events = [f"{count} events, the first at {self.events[0].time:.6g} s: run.events"] if count else []
+        return html_table(
+            rows, title=repr(self), headings=headings, below=(*events, *([self.note] if self.note else []))
+        )
+
     def __repr__(self) -> str:
         return (
             f"Trajectory of '{self.system.name}': {len(self.times)} times from {self.times[0]:g} s to "
             f"{self.times[-1]:g} s, {self.outcome.text}"
         )
+
+
+def _squeezed(columns: np.ndarray) -> np.ndarray:
+    """Signals in rows, a single one without the axis."""
+    return columns[:, 0] if columns.shape[1] == 1 else columns.T
 
 
 def _attributes(signal: Signal, role: str) -> dict[str, str]:
@@ -223,4 +308,6 @@ def _readouts(system: System) -> Kernel:
 
 
 def _unwritable(path: Path, error: OSError) -> SimulationError:
-    return SimulationError(f"writing '{path}'", f"{error.strerror or error}.", "Choose a folder that can be written.")
+    return SimulationError(
+        f"the file '{path}'", f"it cannot be written ({error.strerror or error}).", "Choose another folder."
+    )

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from ulna.base import PlantError
-from ulna.symbolic.formulas import put_in
+from ulna.base import PlantError, html_table, number_text
+from ulna.symbolic.formulas import formula_html, put_in, value_html
 from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
 from ulna.system.equilibrium_search import equilibrium
 from ulna.system.holder import SystemLike, as_system
@@ -59,6 +59,19 @@ class Linearisation:
         if self.period is not None:
             return all(abs(v) < 1 for v in self.eigenvalues)
         return all(v.real < 0 for v in self.eigenvalues)
+
+    def _repr_html_(self) -> str:
+        """A table for notebooks: the four matrices, the point, the eigenvalues."""
+        rows: list[tuple[object, object]] = [
+            (name, formula_html(getattr(self, name))) for name in "ABCD" if all(getattr(self, name).shape)
+        ]
+        rows.append(("point", value_html(self.point)))
+        try:
+            unit = "" if self.period is not None else " [1/s]"
+            rows.append((f"eigenvalues of A{unit}", ", ".join(number_text(value) for value in self.eigenvalues)))
+        except PlantError as error:
+            rows.append(("eigenvalues of A", error.found))
+        return html_table(rows, title=f"Linearisation of '{self.system.name}'")
 
 
 def linearise(system: SystemLike, point: PointLike | None = None) -> Linearisation:

@@ -189,11 +189,9 @@ class System:
         return listing(f"System '{self.name}'{inputs}{period}", rows)
 
     def _repr_latex_(self) -> str:
-        from ulna.symbolic.formulas import system_latex
+        from ulna.system.equations import system_latex
 
-        readouts = {o.name: e for o, e in zip(self.outputs, self.readouts, strict=True)}
-        rates = {s.name: e for s, e in zip(self.states, self.rates, strict=True)}
-        return system_latex(rates, readouts, discrete=self.discrete)
+        return system_latex(self)
 
 
 def _in_numbers(expressions: Iterable[sp.Expr], numbers: Mapping[sp.Symbol, sp.Expr], name: str) -> tuple[sp.Expr, ...]:

@@ -6,11 +6,10 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import partial
-from html import escape
 
 import sympy as sp
 
-from ulna.base import Status, UlnaError
+from ulna.base import Status, UlnaError, html_table
 from ulna.design.analysis.answer import Answer, not_applicable
 from ulna.design.analysis.consistency import consistent
 from ulna.design.analysis.discrete_answers import discrete_answers
@@ -20,7 +19,7 @@ from ulna.design.analysis.rest_answers import rest_points
 from ulna.design.analysis.summary import what_it_is, what_stands_in_the_way
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact import attempt, patience, worked
-from ulna.symbolic.formulas import is_longer
+from ulna.symbolic.formulas import is_longer, value_html
 from ulna.system import (
     Equilibrium,
     System,
@@ -83,11 +82,11 @@ class Analysis(Mapping[str, Answer]):
 
     def _repr_html_(self) -> str:
         """A table for notebooks: question, verdict, answer."""
-        rows = "".join(
-            f"<tr><td>{escape(key)}</td><td>{answer.verdict.status}</td><td>{escape(_short(answer.value))}</td></tr>"
+        rows = (
+            (key.replace("_", " "), answer.verdict.status.value, _shown(answer.value))
             for key, answer in self.answers.items()
         )
-        return f"<table><caption>{escape(self.system.name)}</caption>{rows}</table>"
+        return html_table(rows, title=f"Analysis of '{self.system.name}'", headings=("question", "verdict", "answer"))
 
 
 def analyse(
@@ -188,6 +187,12 @@ def _short(value: object, limit: int = 300) -> str:
         return "an answer of more than 5000 parts"
     text = "" if value is None else str(value)
     return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters)"
+
+
+def _shown(value: object) -> object:
+    """What a table shows of a value: formulas set where they are short."""
+    formulas = isinstance(value, list | tuple | Mapping | sp.Basic | sp.MatrixBase) and not is_longer(value, 200)
+    return value_html(value) if formulas else _short(value)
 
 
 def _large(system: System, keys: tuple[str, ...], seconds: float) -> dict[str, Answer]:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from ulna.base import DesignError, UlnaWarning
+from ulna.design.control.evaluation import commands
 from ulna.design.control.reference import AbstractReference, ReferenceChain, Regulate
 from ulna.design.forms import LinearisingForm, NormalForm, controller_form
 from ulna.design.gains import Gains, gain_matrix, gain_rule, roots_of
@@ -55,6 +59,18 @@ class Law:
     def poles(self) -> tuple[complex, ...]:
         """The poles of the chains, or of the closed linearisation, in 1/s (parameters need values)."""
         return roots_of(self.polynomials)
+
+    def __call__(self, states: Sequence[float] | np.ndarray | Mapping[str, Any], /, **given: Any) -> np.ndarray:
+        """(m,) what the law tells the plant's inputs at (n,) states, in SI; for (N, n) states (N, m).
+
+        Args:
+            states: numbers in the plant's order, rows of them, or by name.
+            given: references by name, parameters in place of their own values, states of an integral (else 0).
+
+        Raises:
+            DesignError: for another number of states, an unknown name, or a value that is missing.
+        """
+        return commands(self.plant, self.system, states, given)
 
     def __repr__(self) -> str:
         rows = zip((u.name for u in self.plant.inputs), self.expressions, strict=True)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ulna.base import Verdict, all_of
+from ulna.base import Verdict, all_of, html_table
 from ulna.symbolic.exact import SampledZero, generic_rank, is_zero, null_space, rank_at, solve_linear, tidy, time_budget
+from ulna.symbolic.formulas import listing, value_html
 from ulna.symbolic.solving import graph_near, on_branch
 from ulna.system import ControlAffine, Equilibrium, System, control_affine, equilibrium_in_numbers
 
@@ -47,6 +48,29 @@ class ZeroDynamics:
     def dimension(self) -> int | None:
         """The number of coordinates, None if the zero dynamics were not found."""
         return None if self.system is None else len(self.system.states)
+
+    def __repr__(self) -> str:
+        rows = [*self.manifold.items(), *self.inputs.items()]
+        left = "" if self.system is None else f"\n{self.system!r}"
+        return listing(f"Zero dynamics of '{self.plant.name}', {self.verdict}", [(s.name, e) for s, e in rows]) + left
+
+    def _repr_html_(self) -> str:
+        """A table for notebooks: the manifold, the inputs that keep the plant on it, the motion that is left."""
+        rows: list[tuple[object, object]] = [
+            ("verdict", str(self.verdict)),
+            ("outputs held at", value_html(self.set_point)),
+        ]
+        if self.system is not None:
+            rates = {
+                f"{s.name}'": e for s, e in zip(self.system.states, self.system.inline(self.system.rates), strict=True)
+            }
+            told = (
+                ("on the manifold", self.manifold),
+                ("inputs that keep it there", self.inputs),
+                ("motion left", rates),
+            )
+            rows += [(name, value_html(value) if value else "none") for name, value in told]
+        return html_table(rows, title=f"Zero dynamics of '{self.plant.name}'")
 
 
 @dataclass(slots=True, kw_only=True)

@@ -11,10 +11,8 @@ from dataclasses import dataclass
 from html import escape
 from typing import Final
 
-import sympy as sp
-
-from ulna.base import FormulaError
-from ulna.report.letters import ACCENTS, BRACKETS, DOUBLE_STRUCK, FUNCTIONS, LETTERS, MATRICES, SIGNS, SPACES
+from ulna.base.errors import FormulaError
+from ulna.base.letters import ACCENTS, BRACKETS, DOUBLE_STRUCK, FUNCTIONS, LETTERS, MATRICES, SIGNS, SPACES
 
 _WORD: Final = re.compile(r"\\[a-zA-Z]+|\\.|\d+(?:\.\d+)?|\s+|.")
 _STOPS: Final = frozenset({"}", r"\right", r"\end", "&", r"\\"})
@@ -71,22 +69,6 @@ def mathml(formula: str, *, display: bool = False) -> str:
         raise reader.refuse(f"'{reader.peek()}' ends what was not begun.")
     block = ' display="block"' if display else ""
     return f'<math xmlns="http://www.w3.org/1998/Math/MathML"{block}>{body}</math>'
-
-
-def with_decimals(expression: sp.Expr | sp.MatrixBase, digits: int) -> sp.Expr | sp.MatrixBase:
-    """Return the expression with fractions as decimals of `digits` digits, for reading; integers and exponents stay."""
-    if isinstance(expression, sp.MatrixBase):
-        return expression.applyfunc(lambda entry: with_decimals(entry, digits))
-    if expression.is_Rational and not expression.is_Integer:
-        return sp.Float(expression, digits)
-    if expression.is_Pow:
-        base, exponent = expression.as_base_exp()
-        if base.is_Integer and exponent.is_negative:
-            return sp.Float(expression, digits)
-        return sp.Pow(with_decimals(base, digits), exponent)
-    if not expression.args:
-        return expression
-    return expression.func(*(with_decimals(part, digits) for part in expression.args))
 
 
 def _row(reader: _Reader, ends: frozenset[str]) -> str:
