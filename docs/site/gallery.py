@@ -18,9 +18,8 @@ import numpy as np
 import sympy as sp
 
 import ulna
-from ulna.base import FormulaError, UlnaError
+from ulna.base import FormulaError, UlnaError, mathml
 from ulna.plot import svg_text
-from ulna.base import mathml
 
 ANSWERS = {
     "relative_degree": "relative degree of the outputs",
