@@ -130,6 +130,7 @@ if TYPE_CHECKING:
     from ulna.loop import SafeOutput as SafeOutput
     from ulna.loop import Saturation as Saturation
     from ulna.loop import SlewLimit as SlewLimit
+    from ulna.page import studio as studio
     from ulna.plants import Model as Model
     from ulna.plants import model as model
     from ulna.plants import models as models
@@ -208,6 +209,7 @@ _HOME = {
             Amplifier ConditionalIntegration Deadline EndStop Euler ExactHold Fault Guard Hardware Hold
             InnovationLimit Jitter Loop MeasurementNoise MissedSamples Pwm Quantiser ReferenceRange Report RungeKutta4
             SafeOutput Saturation SlewLimit TIME""",
+        "ulna.page": "studio",
         "ulna.plants": "Model model models",
         "ulna.plot": "plot_poles plot_trajectories plot_trajectory save_figure",
         "ulna.program": "Fused Plain",

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import sympy as sp
+
 from ulna.base import PlantError, unit
 from ulna.loop import Fitted, Loop, Pwm
 from ulna.page.program import Program
@@ -70,7 +72,11 @@ def parameter_values(system: System, given: Mapping[str, float] | None) -> dict[
             f"parameters without a value: {', '.join(missing)}; a picture moves by numbers.",
             f"Give them: parameters={{'{missing[0]}': ...}}, or --set {missing[0]}=1.",
         )
-    return {name: rounded(value, name) for name, value in values.items() if value is not None}
+    return {
+        name: rounded(value, name) if isinstance(value, sp.Basic) else float(value)
+        for name, value in values.items()
+        if value is not None
+    }
 
 
 def sampled_signals(loop: Loop) -> list[dict[str, Any]]:

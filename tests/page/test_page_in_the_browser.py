@@ -1,0 +1,195 @@
+"""The page in a real browser: what hands do to it, and what it must never do."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+
+import pytest
+from browser import Opened, chromium
+
+from ulna.loop import Hardware, Loop, Saturation
+from ulna.page import studio
+from ulna.program import Plain
+from ulna.system import system_from_mapping
+
+HOSTILE = "</script><script>alert(1)</script> \"'`${alert(1)}<b>"
+
+
+def _pendulum(**more):
+    return system_from_mapping(
+        {
+            "name": "pendulum",
+            "parameters": {"m": {"value": 1, "range": [0, 4], "text": "load"}, "l": 1},
+            "states": {"th": {"equation": "om", "text": "angle"}, "om": "u/(l**2*(m + 1)) - 9.8*sin(th)/l - om/2"},
+            "inputs": {"u": {}},
+            "outputs": {"y": "th"},
+            "picture": {"kind": "arm", "angle": "th", "load": "m", "zero": "down", "turns": "anticlockwise"},
+            **more,
+        }
+    )
+
+
+def _law(gain):
+    return system_from_mapping(
+        {
+            "name": f"law {gain}",
+            "inputs": {"th": {}, "om": {}, "y_ref": {}},
+            "outputs": {"u": f"20*sin(th) + {gain}*(y_ref - th) - {gain}/3*om"},
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    """Two controllers of a pendulum side by side, on a processor, with the bits of `simulate`."""
+    chip = Hardware(period=0.01, saturation=Saturation(lower=-60, upper=60), arithmetic=Plain())
+    loops = [Loop(plant=_pendulum(), controller=_law(gain), hardware=chip) for gain in (40, 15)]
+    return studio(*loops, out=tmp_path_factory.mktemp("pages") / "arm.html", check=0.5)
+
+
+@contextmanager
+def opened(browser, path, fragment="", **settings):
+    shown = Opened(browser, path, fragment, **settings)
+    yield shown
+    shown.context.close()
+    assert shown.complaints == []
+
+
+def _box(shown, name):
+    return shown.page.locator(name).bounding_box()
+
+
+def test_it_runs_without_a_complaint_and_with_the_bits_of_simulate(browser, arm):
+    with opened(browser, arm) as shown:
+        shown.until("ulnaPage.clock.time > 0.3")
+        assert "✓ same bits" in shown.page.inner_text("#badge")
+        assert shown.page.locator("#curves canvas").count() == 3
+        assert shown.value("ulnaPage.record.length") > 20
+
+
+def test_a_spoiled_recording_turns_the_badge_red(browser, arm, tmp_path):
+    text = arm.read_text(encoding="utf-8")
+    spoiled = tmp_path / "spoiled.html"
+    spoiled.write_text(text.replace('"sum":', '"sum":1', 1), encoding="utf-8")
+    with opened(browser, spoiled) as shown:
+        assert "✗ not the run of simulate" in shown.page.inner_text("#badge")
+        assert "bad" in str(shown.page.get_attribute("#badge", "class"))
+
+
+def test_a_hand_drags_the_plant_and_the_set_point(browser, arm):
+    with opened(browser, arm) as shown:
+        shown.page.click("#play")
+        shown.value("ulnaPage.stage.draw()")
+        [x, y] = shown.value("ulnaPage.stage.handles[0].at")
+        box = _box(shown, "#stage")
+        shown.page.mouse.move(box["x"] + x, box["y"] + y)
+        shown.page.mouse.down()
+        shown.page.mouse.move(box["x"] + x + 60, box["y"] + y - 60, steps=3)
+        shown.page.mouse.up()
+        assert shown.value("ulnaPage.input('y_ref')") > 0.2
+        [x, y] = shown.value("ulnaPage.stage.kind.layout(ulnaPage.stage.handles[0].box, ulnaPage.stage.view(0)).hand")
+        shown.page.mouse.move(box["x"] + x, box["y"] + y)
+        shown.page.mouse.down()
+        shown.page.mouse.move(box["x"] + x - 80, box["y"] + y - 10, steps=3)
+        shown.until("Math.abs(ulnaPage.loops[0].input('push_om')) > 1")
+        shown.page.mouse.up()
+        assert shown.value("ulnaPage.loops[1].input('push_om')") == 0
+
+
+def test_everything_goes_by_keys_alone(browser, arm):
+    with opened(browser, arm) as shown:
+        press = shown.page.keyboard.press
+        shown.page.focus("#stage")
+        press("Space")
+        assert shown.page.inner_text("#play") == "Play"
+        before = shown.value("ulnaPage.clock.time")
+        press(".")
+        assert shown.value("ulnaPage.clock.time") > before
+        press("ArrowRight")
+        assert shown.value("ulnaPage.input('y_ref')") > 0
+        press("l")
+        assert shown.value("ulnaPage.parameter('m', 0)") == 0
+        shown.page.focus("#plane")
+        press("ArrowRight")
+        press("Enter")
+        assert "Started from" in shown.page.inner_text("#said")
+        press("r")
+        assert shown.value("ulnaPage.clock.time") == 0
+        shown.page.locator("#pushes .hold").first.focus()
+        shown.page.keyboard.down("Enter")
+        assert shown.value("ulnaPage.loops[0].input('push_om')") < 0
+        shown.page.keyboard.up("Enter")
+        assert shown.value("ulnaPage.loops[0].input('push_om')") == 0
+
+
+def test_it_goes_back_and_its_address_brings_the_state_back(browser, arm):
+    with opened(
+        browser, arm, "#in.y_ref=0.5&p.0.plant.m=2&speed=0.5&x.th=0.25&in.y_ref=NaN&p.9.x.y=1&nonsense"
+    ) as shown:
+        assert shown.value("[ulnaPage.input('y_ref'), ulnaPage.parameter('m', 1), ulnaPage.clock.speed]") == [
+            0.5,
+            2,
+            0.5,
+        ]
+        assert shown.value("ulnaPage.record.columns[0].th[0]") == 0.25
+        shown.until("ulnaPage.clock.time > 0.4")
+        before = shown.value("ulnaPage.clock.time")
+        shown.page.click("#back-1")
+        assert shown.value("ulnaPage.clock.time") < before
+        with shown.page.expect_download() as taken:
+            shown.page.click("#csv")
+        lines = taken.value.path().read_text(encoding="utf-8").splitlines()
+        assert lines[0].startswith("time,law 40: th,law 40: om")
+        assert len(lines) > 10
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_telephone_shows_it_whole_and_readable(browser, arm, scheme):
+    from axe_playwright_python.sync_playwright import Axe
+
+    settings = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "color_scheme": scheme}
+    with opened(browser, arm, reduced_motion="reduce", **settings) as shown:
+        assert shown.value("document.documentElement.scrollWidth") <= 390
+        assert shown.page.inner_text("#play") == "Play"  # reduced motion: it stands still
+        assert shown.page.is_visible("#still")
+        for fold in shown.page.locator("details > summary").all():
+            fold.tap()
+        assert shown.value("document.documentElement.scrollWidth") <= 390
+        found = Axe().run(shown.page).response["violations"]
+        assert [
+            (each["id"], each["nodes"][0]["html"]) for each in found if each["impact"] in ("serious", "critical")
+        ] == []
+
+
+def test_names_stay_text(browser, tmp_path):
+    plant = _pendulum(name=HOSTILE, text=HOSTILE, picture={})
+    path = studio(plant, out=tmp_path / "hostile.html", names=[HOSTILE], check=0)
+    with opened(browser, path) as shown:
+        assert shown.page.inner_text("h1") == HOSTILE
+        assert shown.value("document.scripts.length") == 5
+        assert "no controller" in shown.page.inner_text(".note >> nth=0")
+        shown.until("ulnaPage.clock.time > 0.1")
+
+
+def test_a_run_that_blows_up_says_so_and_starts_again(browser, tmp_path):
+    plant = system_from_mapping({"name": "runaway", "states": {"x": "x**2 + 1"}, "outputs": {"y": "x"}})
+    path = studio(plant, out=tmp_path / "runaway.html", initial={"x": 1}, check=0)
+    with opened(browser, path) as shown:
+        shown.page.wait_for_selector("#ended:not([hidden])")
+        assert "Start it again" in shown.page.inner_text("#ended-text")
+        shown.page.click("#ended-restart")
+        shown.page.wait_for_selector("#ended", state="hidden")
+
+
+def test_a_hidden_tab_does_not_catch_up_in_one_leap(browser, arm):
+    with opened(browser, arm) as shown:
+        shown.until("ulnaPage.clock.time > 0.1")
+        before = shown.value("ulnaPage.clock.time")
+        assert shown.value("ulnaPage.clock.frame(performance.now() + 1e5)") < 100
+        assert shown.value("ulnaPage.clock.time") - before < 5
