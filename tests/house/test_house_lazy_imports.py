@@ -47,3 +47,28 @@ def test_the_program_answers_in_well_under_a_second(arguments: list[str]) -> Non
 def _work_of_children() -> float:
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime
+
+
+FIRST_LOOP = """
+import numpy as np
+import ulna
+arm = ulna.model("one_link_arm").with_values()
+made = ulna.controller_for(arm, law=[-4, -5, -6], observer=[-9, -10, -11])
+run = ulna.simulate(ulna.close_loop(arm, made), [1, 0, 0], np.linspace(0, 1, 11))
+ulna.metrics(run, effort=("u",))"""
+
+
+def test_a_first_closed_loop_and_an_analysis_load_no_library_that_they_do_not_need() -> None:
+    spare = {"casadi", "matplotlib", "numba", "pandas", "rich", "scipy", "xarray"}
+    assert not _loaded_after(FIRST_LOOP) & spare
+    analysed = "import sys\nfrom typer.testing import CliRunner\nfrom ulna.cli.main import app\n"
+    analysed += 'assert CliRunner().invoke(app, ["analyse", "one_link_arm"]).exit_code == 0'
+    assert not _loaded_after(analysed) & (spare | {"heyoka"}) - {"rich"}
+    assert not _loaded_after("from ulna.cli.main import app\nimport typer.main\ntyper.main.get_command(app)") & HEAVY
+
+
+def test_help_and_completion_load_neither_libraries_nor_commands() -> None:
+    listed = "from typer.testing import CliRunner\nfrom ulna.cli.main import app\nCliRunner().invoke(app, ['--help'])"
+    assert not _loaded_after(listed) & HEAVY
+    names = "import sys\nfrom ulna.cli.completion import complete_plant\nassert complete_plant('one_link')"
+    assert not _loaded_after(names) & HEAVY

@@ -72,18 +72,25 @@ def analyse(
     ranges = ranges_of(system, within or [], "--within")
     from ulna.design import analyse as analyse_system
 
-    show = _as_json if as_json else _as_text
+    row = _as_json if as_json else _as_text
+    rows: dict[str, tuple[Answer, Any]] = {}
+
+    def shown_rows(answers: Mapping[str, Answer]) -> dict[str, Any]:
+        """What is shown of each answer, worked out once."""
+        for key, answer in answers.items():
+            if key not in rows or rows[key][0] is not answer:
+                rows[key] = answer, row(key, answer, evidence=evidence, exact=exact)
+        return {key: rows[key][1] for key in answers}
 
     def found(answers: Mapping[str, Answer]) -> None:
-        keep(_show_rows, show(answers, evidence=evidence, exact=exact), as_json)
+        keep(_show_rows, shown_rows(answers), as_json)
 
     with progress(f"analysing '{system.name}'"):
         analysis = analyse_system(system, questions=question or None, within=ranges, **share, told=found)
     finished()
-    rows = show(analysis.answers, evidence=evidence, exact=exact)
     if not as_json:
         _begin(analysis, plant.name, whole=not question)
-    _show_rows(rows, as_json)
+    _show_rows(shown_rows(analysis.answers), as_json)
 
 
 def _begin(analysis: Analysis, name: str, *, whole: bool) -> None:
@@ -112,28 +119,19 @@ def _kind(analysis: Analysis) -> str:
     return "whether it rests there is open"
 
 
-def _as_json(answers: Mapping[str, Answer], *, evidence: bool, exact: bool) -> dict[str, Any]:  # noqa: ARG001
-    """Verdict and value of each answer, exactly; what stands behind it on demand."""
+def _as_json(_key: str, answer: Answer, *, evidence: bool, exact: bool) -> dict[str, Any]:  # noqa: ARG001
+    """Verdict and value of an answer, exactly; what stands behind it on demand."""
     from ulna.report.results import plain
 
-    rows: dict[str, Any] = {}
-    for key, answer in answers.items():
-        rows[key] = {"verdict": str(answer.verdict.status), "value": plain(answer.value)}
-        if evidence:
-            told = plain(answer.verdict.evidence, parts=2_000)
-            rows[key]["evidence"] = {"claim": answer.verdict.claim} | told
-    return rows
+    told = {"verdict": str(answer.verdict.status), "value": plain(answer.value)}
+    if evidence:
+        told["evidence"] = {"claim": answer.verdict.claim} | plain(answer.verdict.evidence, parts=2_000)
+    return told
 
 
-def _as_text(answers: Mapping[str, Answer], *, evidence: bool, exact: bool) -> dict[str, Any]:
-    return {
-        key: (
-            str(answer.verdict.status),
-            _lines(key, answer.value, exact),
-            _evidence(answer.verdict, exact, whole=evidence),
-        )
-        for key, answer in answers.items()
-    }
+def _as_text(key: str, answer: Answer, *, evidence: bool, exact: bool) -> tuple[str, dict[str, str], str]:
+    verdict = answer.verdict
+    return str(verdict.status), _lines(key, answer.value, exact), _evidence(verdict, exact, whole=evidence)
 
 
 def _lines(key: str, value: Any, exact: bool) -> dict[str, str]:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 import sympy as sp
-from scipy.linalg import solve_continuous_lyapunov
 
 from ulna.base import DesignError
 from ulna.design.control.law import Law
@@ -122,6 +121,8 @@ def _angles(plant: System, point: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol
 def _ellipsoid(
     closed: np.ndarray, K: np.ndarray, plant: System, within: Mapping[str, float]
 ) -> tuple[sp.ImmutableDenseMatrix, sp.Expr]:
+    from scipy.linalg import solve_continuous_lyapunov
+
     P = solve_continuous_lyapunov(closed.T, -(np.eye(len(closed)) + K.T @ K))
     shape = np.linalg.inv(P)
     widths = {s.name: shape[k, k] for k, s in enumerate(plant.states)}

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
-from scipy.interpolate import CubicSpline
 
 from ulna.base import DesignError, UlnaError
 from ulna.design.control.law import Law
@@ -175,6 +174,8 @@ def _spline(s: sp.Expr, grid: Sequence[sp.Rational], values: Sequence[sp.Expr]) 
     """The cubic spline through the values; exact where they lie on a line."""
     if len(values) == 2 or _straight(values):
         return _hinges(s, [grid[0], grid[-1]], [values[0], values[-1]])
+    from scipy.interpolate import CubicSpline
+
     spline = CubicSpline([float(w) for w in grid], [float(v) for v in values])
     pieces = []
     for k, coefficients in enumerate(spline.c.T):

@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from scipy.linalg import schur, solve_continuous_are, solve_continuous_lyapunov
-from scipy.signal import place_poles
 from sympy.polys.matrices import DomainMatrix
 
 from ulna.base import DesignError, UlnaWarning
@@ -121,6 +119,8 @@ def least_effort(
 
 def _mirrored(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """(m, r) the gains of least ∫ uᵀu that make A stable: K = Bᵀ X⁻¹ on its growing part, A X + X Aᵀ = B Bᵀ there."""
+    from scipy.linalg import schur, solve_continuous_lyapunov
+
     if not len(A):
         return np.zeros((B.shape[1], 0))
     S, Z, growing = schur(A.T, sort="rhp")
@@ -132,6 +132,8 @@ def _mirrored(A: np.ndarray, B: np.ndarray) -> np.ndarray:
 
 
 def _riccati(A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, asked: str) -> np.ndarray:
+    from scipy.linalg import solve_continuous_are
+
     try:
         P = solve_continuous_are(A, B, (Q + Q.T) / 2, R)
     except (np.linalg.LinAlgError, ValueError) as error:
@@ -145,6 +147,8 @@ def _riccati(A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray, asked: 
 
 def _in_numbers(A: np.ndarray, B: np.ndarray, poles: Sequence[sp.Expr]) -> np.ndarray:
     """(m, r) gains in numbers."""
+    from scipy.signal import place_poles
+
     if B.shape[1] == 1 or len({complex(p) for p in poles}) < len(poles):
         place = _ackermann if B.shape[1] == 1 else _by_one_combination
         return as_numbers(place(_exactly(A), _exactly(B), poles))

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import matrix_balance
 
 from ulna.base import DesignError
 from ulna.design.linear.linear_plant import LinearPlant, as_numbers
@@ -63,7 +62,7 @@ def split(A: np.ndarray, B: np.ndarray, names: Sequence[str]) -> Split:
         P. Van Dooren, IEEE Trans. Automatic Control 26 (1981), "The generalized eigenstructure problem".
     """
     n = len(A)
-    balanced, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    balanced, scale = _balanced(A)
     fields = B / scale[:, None]
     fields = fields / np.maximum(np.linalg.norm(fields, axis=0), 1e-300)
     size = max(float(np.linalg.norm(balanced)), 1e-300)
@@ -128,8 +127,7 @@ def own_bandwidth(A: np.ndarray) -> float:
 
     Where only modes at zero are, a chain of integrators has no pace of its own and ω is 1 rad/s.
     """
-    balanced = matrix_balance(A)[0]
-    found = np.linalg.eigvals(balanced)
+    found = np.linalg.eigvals(_balanced(A)[0])
     values = _rounded(found, float(np.abs(found).max()))
     growing, others = [abs(v) for v in values if v.real > 0], [abs(v) for v in values if v]
     if not others:
@@ -139,6 +137,14 @@ def own_bandwidth(A: np.ndarray) -> float:
     return 3.0 * min(others) if all(v.real < 0 for v in values) else min(others)
 
 
+def _balanced(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """D⁻¹ A D with rows and columns of like size, and the diagonal of D; SciPy is loaded only here."""
+    from scipy.linalg import matrix_balance
+
+    balanced, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    return balanced, scale
+
+
 def holdable(linear: LinearPlant) -> tuple[int, ...]:
     """Places of the first outputs, at most one for each input, that constant inputs set one by one near the point.
 
@@ -146,7 +152,7 @@ def holdable(linear: LinearPlant) -> tuple[int, ...]:
     """
     A, B, C, D = (as_numbers(M) for M in (linear.A, linear.B, linear.C, linear.D))
     n, m = B.shape
-    _, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    _, scale = _balanced(A)
     top = np.hstack([A * scale / scale[:, None], B / scale[:, None]])
     chosen: list[int] = []
     for k in range(len(C)):
