@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from ulna.campaign import sweep as sweep
     from ulna.campaign import worst_cases as worst_cases
     from ulna.certify import GloballyStable as GloballyStable
+    from ulna.certify import Over as Over
     from ulna.certify import Region as Region
     from ulna.certify import StableWithin as StableWithin
     from ulna.certify import prove as prove
@@ -192,7 +193,7 @@ _HOME = {
         "ulna.campaign": """
             CampaignError CampaignResult Choice Grid LatinHypercube LogUniform Measures Normal open_campaign
             quantiles Random replay Saltelli sensitivity settled_fraction Sobol sweep Uniform worst_cases""",
-        "ulna.certify": "GloballyStable prove Region StableWithin",
+        "ulna.certify": "GloballyStable Over prove Region StableWithin",
         "ulna.design": """
             AbstractGainRule analyse Analysis Answer Bandwidth close_loop Compensator compensator Controller
             controller_for controller_form dynamic_extension exact_observer extended_kalman_filter extended_law

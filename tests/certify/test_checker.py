@@ -41,7 +41,7 @@ def _certificate(**given: Any) -> Certificate:
         "still_gains": (),
         "still_commands": (),
         "center": ("0",) * n,
-        "radius": "1/1000000000",
+        "radii": ("1/1000000000",) * n,
         "P": tuple(tuple("1" if i == j else "0" for j in range(n)) for i in range(n)),
         "level": "1",
         "tree": ".",

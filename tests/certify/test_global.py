@@ -131,7 +131,7 @@ def _by_hand(coupling: str, **given: Any) -> Certificate:
         "still_gains": ((),),
         "still_commands": (),
         "center": ("0", "0"),
-        "radius": "1/1000000000",
+        "radii": ("1/1000000000",) * 2,
         "P": (("1", "0"), ("0", "1")),
         "level": "",
         "tree": "",

@@ -92,7 +92,7 @@ SPOILED: dict[str, Any] = {
     "limit": lambda _: {"upper": ("3/2",), "lower": ("-3/2",)},
     "box": lambda _: {"box": {"q": "9"}},
     "theorem": lambda _: {"theorem": "another one"},
-    "radius": lambda _: {"radius": "0"},
+    "radius": lambda c: {"radii": ("0", *c.radii[1:])},
     "level below 0": lambda _: {"level": "-1"},
     "inverse": lambda c: {"inverse": (f"2*({c.inverse[0]})", *c.inverse[1:])},
 }
@@ -287,7 +287,7 @@ def test_files_that_are_no_certificates_are_refused(proved: Verdict, tmp_path: P
     for text, reason in (
         (whole[: len(whole) // 2], "not JSON"),
         ("[]", "not of format"),
-        (whole.replace('"format": 2', '"format": 3'), "not of format 2"),
+        (whole.replace('"format": 3', '"format": 2'), "not of format 3"),
         (json.dumps({**json.loads(whole), "P": 3}), "missing or of another kind"),
     ):
         path.write_text(text)

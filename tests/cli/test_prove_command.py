@@ -11,11 +11,13 @@ PLANT = """
 name = "swing"
 [states]
 q = "p"
-p = "-sin(q) + u"
+p = "-sin(q) - drag*p + u"
 [inputs]
 u = {}
 [outputs]
 y = "q"
+[parameters]
+drag = { value = 1, range = [-9, 9] }
 """
 LAW = ["--controller-poles", "-2,-3", "--limit", "8"]
 
@@ -32,10 +34,32 @@ def test_a_proof_is_written_checked_and_refused_where_it_was_changed(plant: str,
     assert data["half_axes"]["q"] > 0.3
     assert answered("check", str(proof))["right"] is True
     text = proof.read_text()
-    proof.write_text(text.replace('"8"', '"3/2"'))
+    proof.write_text(text.replace('"8"', '"1/4"'))
     changed = ulna("check", str(proof))
     assert changed.exit_code == 1
     assert "refuted" in changed.output
+
+
+@pytest.mark.parametrize("typed", ["drag=0.5..3", "drag=±40%", "drag = +-0.4", "drag=1/2..3"])
+def test_a_range_of_a_parameter_is_proved_as_typed(typed: str, plant: str) -> None:
+    data = answered("prove", plant, *LAW, "--over", typed)
+    assert data["status"] == "proved"
+    assert data["equilibrium"]["q"] == pytest.approx([0, 0], abs=1e-9)
+
+
+def test_an_unstable_value_is_told() -> None:
+    data = answered(
+        "prove", "one_link_arm", "--controller-poles", "-4,-5,-6", "--observer-poles=-20,-21,-22", "--over", "m2=0..5kg"
+    )
+    assert data["status"] == "refuted"
+    assert data["parameters"]["m2"] < 3
+
+
+def test_what_is_set_is_what_is_proved() -> None:
+    """Designed for 5 kg, the loop is unstable without a load."""
+    typed = ["prove", "one_link_arm", "--controller-poles=-2+3.46j,-2-3.46j,-8", "--observer-poles=-20,-10+10j,-10-10j"]
+    assert answered(*typed, "--global")["status"] == "proved"
+    assert answered(*typed, "--global", "--set", "m2=0")["status"] == "refuted"
 
 
 def test_a_verdict_is_no_mistake(plant: str) -> None:
@@ -51,6 +75,11 @@ def test_a_verdict_is_no_mistake(plant: str) -> None:
         ([*LAW, "--out", "nowhere/proof.json"], "--out 'nowhere/proof.json': its folder does not exist"),
         (["--limit", "8"], "no controller commands what they limit"),
         ([*LAW, "--within", "angle=1"], "the loop has no such state. Known: q, p"),
+        ([*LAW, "--over", "drag=1"], "--over 'drag=1': it has no bounds. Write --over \"drag=4..5\" or"),
+        ([*LAW, "--over", "mass=1..2"], "there is no parameter 'mass'. Known: drag"),
+        ([*LAW, "--over", "drag=2..1"], "2 to 1 is no range of finite numbers"),
+        ([*LAW, "--over", "drag=1..20"], "drag"),
+        ([*LAW, "--over", "drag=1..2", "--global"], "--global with --over: these are 2 claims"),
         ([*LAW, "--set-point", "--reference", "y=sin(t)"], "it moves, and the proof is about rest"),
     ],
 )

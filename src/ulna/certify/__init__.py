@@ -2,7 +2,7 @@
 
 from ulna.certify.certificate import Certificate, read_certificate
 from ulna.certify.checker import check
-from ulna.certify.claims import Claim, GloballyStable, Region, StableWithin
+from ulna.certify.claims import Claim, GloballyStable, Over, Region, StableWithin
 from ulna.certify.errors import CertifyError
 from ulna.certify.prove import prove
 
@@ -11,6 +11,7 @@ __all__ = [
     "CertifyError",
     "Claim",
     "GloballyStable",
+    "Over",
     "Region",
     "StableWithin",
     "check",

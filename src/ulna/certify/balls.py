@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -45,6 +45,19 @@ class Slopes:
     def sizes(self) -> tuple[int, int]:
         """Coordinates, limited signals."""
         return len(self.form.symbols), len(self.form.commands)
+
+    def at(self, parameters: Sequence[arb]) -> Slopes:
+        """The same with values of the parameters, their middles in floating point."""
+        middle = [float(p.mid()) for p in parameters]
+        return replace(
+            self,
+            values=_with(self.values, parameters),
+            jacobian=_with(self.jacobian, parameters),
+            float_values=_with(self.float_values, middle),
+            float_jacobian=_with(self.float_jacobian, middle),
+            still=None if self.still is None else self.still.at(parameters),
+            domain=self.domain.at(parameters),
+        )
 
     def secant(self, center: Sequence[arb], box: Sequence[arb]) -> arb_mat:
         """(n, n) enclosure of M(d) for every d in the box and every ζ* in the center.
@@ -97,6 +110,11 @@ class Slopes:
                 ],
             )
         return whole
+
+    def free(self, point: Sequence[arb]) -> arb_mat:
+        """(n, n) ∂g/∂ζ, the limits left out."""
+        n, _ = self.sizes
+        return arb_mat(n, n, list(self.jacobian(*point)[: n * n]))
 
     def numbers(self, point: np.ndarray) -> np.ndarray:
         """(n, n) ∂g/∂ζ at a point, in floating point."""
@@ -161,17 +179,21 @@ def _split(found: Any, n: int, m: int) -> tuple[Any, Any, Any]:
     return found[n * n : first], found[first:second], found[second:]
 
 
+def _with(function: Callable[..., Any], held: Sequence[Any]) -> Callable[..., Any]:
+    return lambda *point: function(*point, *held)
+
+
 def slopes_of(form: Form) -> Slopes:
-    """The derivatives of a form, compiled."""
-    z = list(form.symbols)
+    """The derivatives of a form, compiled; of one with parameters they are to be given values by `at` before use."""
+    z, given = list(form.symbols), [*form.symbols, *form.limited.parameters]
     closed, gains = sp.Matrix(form.closed), list(form.gains)
     commands = sp.Matrix(len(form.commands), 1, list(form.commands))
     entries = [*closed.jacobian(z)]
     if gains:
         entries += [*commands.jacobian(z), *gains, *(sp.diff(b, symbol) for b in gains for symbol in z)]
     values = [*closed, *commands, *gains]
-    jacobian = kernel("jacobian", z, {f"j{k}": e for k, e in enumerate(entries)})
-    whole = kernel("values", z, {f"v{k}": e for k, e in enumerate(values)})
+    jacobian = kernel("jacobian", given, {f"j{k}": e for k, e in enumerate(entries)})
+    whole = kernel("values", given, {f"v{k}": e for k, e in enumerate(values)})
     domain = Domain(form)
     used = {symbol for e in (*entries, *commands) for symbol in e.free_symbols}
     # Where the loop is not defined everywhere, that may hang on any coordinate.

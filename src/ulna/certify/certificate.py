@@ -12,7 +12,7 @@ from typing import Any
 from ulna.base import text_of_file, whole_file
 from ulna.certify.errors import CertifyError
 
-FORMAT = 2
+FORMAT = 3
 """Of the file."""
 LARGEST_FILE = 200_000_000
 """Bytes: a certificate of a million boxes has some ten million."""
@@ -20,11 +20,23 @@ THEOREM = "quadratic Lyapunov function, mean-value form"
 CASCADE = "cascade of a linear part and its decaying errors, growth at most linear"
 
 
+OVER = "characteristic polynomials over parameters, Kharitonov's test"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Piece:
+    """A part of the box of parameters: for each of their values an equilibrium lies within the radii of the center."""
+
+    center: tuple[str, ...]
+    radii: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Certificate:
     """Every run of x' = f(x, s), s = k(x) within limits, that starts where V ≤ level converges to the equilibrium.
 
     By the theorem of cascades, without limits: every run does, and the equilibrium is stable.
+    Over parameters: at each of their values there is an exponentially stable equilibrium where no limit is met.
     V = (ζ − ζ*)ᵀ P (ζ − ζ*) in coordinates ζ = T(x), where the loop is ζ' = g + β (s − k). All numbers are rational and
     written as text, so that nothing is lost in a file.
 
@@ -37,9 +49,10 @@ class Certificate:
         closed: g. gains: rows of β. moved_commands: k in ζ.
         outer: how many coordinates come before those of errors e' = A e. still_closed, still_gains, still_commands: the
             loop of the outer ones with the errors at 0; empty where there are none.
-        center, radius: ζ* lies within radius · max(1, |center|) of the center, and is the only equilibrium there.
+        center, radii: ζ* lies within these of the center, and is the only equilibrium there.
         P: rows. level: of V. tree: the boxes, halved where `/k` stands, along coordinate k. A cascade has none.
         box: a box about x* by state, contained in the level set; empty where none was asked for.
+        parameters: name, lowest and highest value of each. splits: the tree of their boxes. pieces: of its leaves.
         decay: of a cascade the rates (λ, μ) at which √V falls, in the states without errors and in the errors.
     """
 
@@ -63,12 +76,15 @@ class Certificate:
     still_gains: tuple[tuple[str, ...], ...]
     still_commands: tuple[str, ...]
     center: tuple[str, ...]
-    radius: str
+    radii: tuple[str, ...]
     P: tuple[tuple[str, ...], ...]
     level: str
     tree: str
     box: Mapping[str, str]
     decay: tuple[str, ...]
+    parameters: tuple[tuple[str, ...], ...] = ()
+    splits: str = ""
+    pieces: tuple[Piece, ...] = ()
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write the file.
@@ -85,7 +101,8 @@ class Certificate:
             raise CertifyError(f"the file '{place}'", f"it cannot be written ({error.strerror or error}).") from None
 
     def __repr__(self) -> str:
-        boxes = f", {self.tree.count('.')} boxes" if self.tree else ""
+        count = (self.tree or self.splits).count(".")
+        boxes = f", {count} boxes" if count else ""
         return f"Certificate of '{self.name}': {self.theorem}{boxes}"
 
 
@@ -113,9 +130,9 @@ def read_certificate(path: str | os.PathLike[str]) -> Certificate:
 
 
 _ROWS = ("states", "rates", "limited", "lower", "upper", "coordinates", "forward", "inverse", "closed")
-_ROWS += ("moved_commands", "still_closed", "still_commands", "center", "decay")
-_WORDS = ("name", "design", "theorem", "radius", "level", "tree")
-_TABLES = ("wires", "gains", "still_gains", "P")
+_ROWS += ("moved_commands", "still_closed", "still_commands", "center", "radii", "decay")
+_WORDS = ("name", "design", "theorem", "level", "tree", "splits")
+_TABLES = ("wires", "gains", "still_gains", "P", "parameters")
 
 
 def _of(data: Mapping[str, Any]) -> Certificate:
@@ -126,6 +143,10 @@ def _of(data: Mapping[str, Any]) -> Certificate:
     outer = data["outer"]
     if type(outer) is not int:
         raise TypeError
+    given["pieces"] = tuple(
+        Piece(**{name: tuple(_text(each) for each in piece[name]) for name in ("center", "radii")})
+        for piece in data["pieces"]
+    )
     return Certificate(outer=outer, **given)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import sympy as sp
 
 from ulna.certify.balls import Slopes
-from ulna.certify.certificate import Certificate
+from ulna.certify.certificate import Certificate, Piece
 from ulna.certify.rest import Rest
 from ulna.loop import Loop, fingerprint
 
@@ -16,14 +16,17 @@ from ulna.loop import Loop, fingerprint
 def certificate_of(
     loop: Loop,
     slopes: Slopes,
-    found: Rest,
+    found: Rest | None,
     *,
     theorem: str,
-    P: sp.Matrix,
+    P: sp.Matrix | None = None,
     level: str = "",
     tree: str = "",
     box: Mapping[str, str] | None = None,
     rates: Sequence[sp.Rational] = (),
+    bounds: Mapping[str, tuple[sp.Rational, sp.Rational]] | None = None,
+    splits: str = "",
+    pieces: Sequence[Rest] = (),
 ) -> Certificate:
     """What a second program needs to check a theorem about a loop; the parts are those of `Certificate`."""
     form, limited = slopes.form, slopes.form.limited
@@ -48,13 +51,16 @@ def certificate_of(
         still_closed=() if still is None else _texts(still.closed),
         still_gains=() if still is None else _table(still.gains),
         still_commands=() if still is None else _texts(still.commands),
-        center=_texts(found.center),
-        radius=str(found.radius),
-        P=_table(P),
+        center=_texts(found.center) if found else (),
+        radii=_texts(found.radii) if found else (),
+        P=_table(P) if P is not None else (),
         level=level,
         tree=tree,
         box=dict(box or {}),
         decay=_texts(rates),
+        parameters=tuple((name, str(low), str(high)) for name, (low, high) in (bounds or {}).items()),
+        splits=splits,
+        pieces=tuple(Piece(center=_texts(each.center), radii=_texts(each.radii)) for each in pieces),
     )
 
 

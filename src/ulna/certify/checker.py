@@ -25,7 +25,7 @@ import sympy as sp
 from flint import arb, ctx
 
 from ulna.base import UlnaError, Verdict
-from ulna.certify.certificate import CASCADE, THEOREM, Certificate
+from ulna.certify.certificate import CASCADE, OVER, THEOREM, Certificate
 from ulna.certify.checker_arithmetic import (
     Box,
     Dual,
@@ -45,6 +45,7 @@ from ulna.certify.checker_arithmetic import (
 )
 from ulna.certify.checker_global import Everywhere
 from ulna.certify.checker_loop import LimitedLoop
+from ulna.certify.checker_over import OverParameters
 from ulna.symbolic.formulas import parse_formula
 
 BITS = 80
@@ -72,30 +73,48 @@ def check(certificate: Certificate) -> Verdict:
         reason = f"it cannot be read: {error}"
     finally:
         ctx.prec = before
-    return Verdict.refuted(claim, reason=reason) if reason else Verdict.proved(claim, boxes=certificate.tree.count("."))
+    boxes = (certificate.tree or certificate.splits).count(".")
+    return Verdict.refuted(claim, reason=reason) if reason else Verdict.proved(claim, boxes=boxes)
+
+
+def _names_wrong(given: Certificate) -> str:
+    """What does not fit among states, coordinates, wires, limits and parameters."""
+    n = len(given.coordinates)
+    if not 0 < given.outer <= n == len(given.states):
+        return "states and coordinates are not of one size"
+    names = [*given.states, *(row[0] for row in (*given.wires, *given.parameters) if row)]
+    if len(set(names)) != len(names) or len(set(given.coordinates)) != n:
+        return "names of states, wires and parameters are not all different"
+    if any(len(wire) != 2 for wire in given.wires) or not {*given.limited} <= {wire[0] for wire in given.wires}:
+        return "a limited signal is no wire"
+    if not len(given.limited) == len(given.lower) == len(given.upper):
+        return "a limited signal has no limits"
+    if any(len(row) != 3 for row in given.parameters) or (given.theorem == OVER) != bool(given.parameters):
+        return "a parameter has no bounds, or there is none where there should be"
+    if {row[0] for row in given.parameters} & {*given.coordinates}:
+        return "a parameter has the name of a coordinate"
+    return ""
 
 
 class _Checker:
     """One certificate, its numbers read."""
 
     def __init__(self, given: Certificate) -> None:
-        if given.theorem not in (THEOREM, CASCADE):
+        if given.theorem not in (THEOREM, CASCADE, OVER):
             raise NotRightError(f"the theorem '{given.theorem}' is not known")
         self.given, self.n, self.k = given, len(given.coordinates), given.outer
-        if not (0 < self.k <= self.n == len(given.states) == len(given.center) == len(given.P)):
-            raise NotRightError("states, coordinates, center and P are not of one size")
-        names = [*given.states, *(wire[0] for wire in given.wires if wire)]
-        if len(set(names)) != len(names) or len(set(given.coordinates)) != self.n:
-            raise NotRightError("names of states and wires are not all different")
-        if any(len(wire) != 2 for wire in given.wires) or not {*given.limited} <= {wire[0] for wire in given.wires}:
-            raise NotRightError("a limited signal is no wire")
-        if not len(given.limited) == len(given.lower) == len(given.upper):
-            raise NotRightError("a limited signal has no limits")
+        if wrong := _names_wrong(given):
+            raise NotRightError(wrong)
+        self.parameters = [sp.Symbol(row[0], real=True) for row in given.parameters]
         self.loop = self._read(given.coordinates, given.closed, given.gains, given.moved_commands)
         self.still = self.loop
         if self.k < self.n:
             outer = given.coordinates[: self.k]
             self.still = self._read(outer, given.still_closed, given.still_gains, given.still_commands)
+        if given.theorem == OVER:
+            return
+        if not len(given.center) == len(given.P) == self.n:
+            raise NotRightError("coordinates, center and P are not of one size")
         self.center = [fraction(v) for v in given.center]
         exact = [[fraction(v) for v in row] for row in given.P]
         if any(len(row) != self.n for row in exact):
@@ -108,16 +127,16 @@ class _Checker:
             raise NotRightError("P is not positive definite")
         if given.theorem == CASCADE:
             return
-        self.radius, self.level = fraction(given.radius), fraction(given.level)
-        if self.radius <= 0 or self.level <= 0:
-            raise NotRightError("radius and level are not positive")
+        self.radii, self.level = [fraction(v) for v in given.radii], fraction(given.level)
+        if len(self.radii) != self.n or not all(v > 0 for v in (*self.radii, self.level)):
+            raise NotRightError("radii and level are not positive")
         self.half = [power_above(self.level * self.inverse[k][k]) for k in range(self.n)]
         self.tree = given.tree.split()
 
     def _read(
         self, names: Sequence[str], closed: Sequence[str], gains: Sequence[Sequence[str]], commands: Sequence[str]
     ) -> LimitedLoop:
-        known = {name: sp.Symbol(name, real=True) for name in names}
+        known = {name: sp.Symbol(name, real=True) for name in (*names, *(p.name for p in self.parameters))}
         if len(closed) != len(names) or len(gains) != len(names):
             raise NotRightError("a coordinate has no rate")
         if any(len(row) != len(self.given.limited) for row in gains) or len(commands) != len(self.given.limited):
@@ -137,7 +156,9 @@ class _Checker:
             return wrong
         if self.given.theorem == CASCADE:
             return self._anywhere()
-        point = [around(c, self.radius * max(Fraction(1), abs(c))) for c in self.center]
+        if self.given.theorem == OVER:
+            return self._over()
+        point = [around(c, r) for c, r in zip(self.center, self.radii, strict=True)]
         if not self._one_equilibrium(point):
             return "no equilibrium is proved to be in the box around the center, or a limit is met there"
         if self.k < self.n and (wrong := self._errors_wrong(point)):
@@ -161,16 +182,31 @@ class _Checker:
             rates=self.rates,
         ).reason(self.P, [fraction(v) for v in given.decay])
 
+    def _over(self) -> str:
+        """Where stability at rest is not shown for all values of the parameters."""
+        given = self.given
+        if given.box or self.k < self.n:
+            return "a box, or errors, are not what the theorem over parameters speaks of"
+        return OverParameters(
+            loop=self.loop,
+            size=self.n,
+            finite=self._defined_at,
+            bounds=[(fraction(low), fraction(high)) for _, low, high in given.parameters],
+            splits=given.splits.split(),
+            pieces=given.pieces,
+        ).reason()
+
     # ------------------------------------------------------------------------------------------- the same loop
 
     def _other_loop(self) -> str:
         """Where the loop in coordinates is not the loop in x."""
-        given, z, s = self.given, self.loop.symbols, [sp.Symbol(n, real=True) for n in self.given.limited]
+        given, z, s = self.given, self.loop.symbols[: self.n], [sp.Symbol(n, real=True) for n in self.given.limited]
         own = {name: sp.Symbol(name, real=True) for name in given.states}
+        kept = {symbol.name: symbol for symbol in self.parameters}
         coordinates = {symbol.name: symbol for symbol in z}
         self.ahead = forward = [parse_formula(text, own, where="coordinate") for text in given.forward]
         self.back = back = [parse_formula(text, coordinates, where="inverse") for text in given.inverse]
-        names, meaning, found = dict(own), {}, {}
+        names, meaning, found = own | kept, {}, {}
         self.wires: list[tuple[sp.Symbol, sp.Expr]] = []
         for name, text in given.wires:
             symbol, formula = sp.Symbol(name, real=True), parse_formula(text, names, where="wire")
@@ -335,13 +371,17 @@ class _Checker:
         """Whether T⁻¹, its slopes, every wire and every rate have a value on the box, as the formulas stand."""
         offset = [around(*side) for side in box]
         offset[self.k :] = self._errors(offset[: self.k]) or offset[self.k :]
-        units = [[arb(int(i == j)) for j in range(self.n)] for i in range(self.n)]
-        at = zip(self.loop.symbols, point, offset, units, strict=True)
-        known = {symbol: Dual(p + d, unit) for symbol, p, d, unit in at}
+        return self._defined_at([p + d for p, d in zip(point, offset, strict=True)])
+
+    def _defined_at(self, at: list[arb]) -> bool:
+        """The same at values of the coordinates and of the parameters."""
+        units = [[arb(int(i == j)) for j in range(len(at))] for i in range(len(at))]
+        known = {symbol: Dual(v, unit) for symbol, v, unit in zip(self.loop.symbols, at, units, strict=True)}
         x = [dual(e, known, {}) for e in self.back]
         if not all(v.is_finite() for each in x for v in (each.value, *each.slope)):
             return False
         values = {symbol: Dual(each.value, []) for symbol, each in zip(self.own, x, strict=True)}
+        values |= {symbol: Dual(known[symbol].value, []) for symbol in self.parameters}
         limits = dict(zip(self.given.limited, zip(self.loop.lower, self.loop.upper, strict=True), strict=True))
         for symbol, formula in self.wires:
             # A value that is missing is handed on: a limit does not hide it.

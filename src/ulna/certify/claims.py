@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
+
+import sympy as sp
 
 from ulna.certify.errors import CertifyError
+from ulna.symbolic.formulas import exact
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,4 +52,43 @@ class GloballyStable:
     """Every run converges to the equilibrium, wherever it starts, and stays near it where it starts near it."""
 
 
-Claim = Region | StableWithin | GloballyStable
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Over:
+    """At every value of these parameters the loop rests within its limits and is exponentially stable there.
+
+    Args:
+        parameters: lowest and highest SI value of each by name. The plant must still have them as symbols, and its
+            controller be designed with numbers; what is not named keeps its value.
+    """
+
+    parameters: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        if not self.parameters:
+            raise CertifyError("Over(parameters={})", "no parameter is named.", "Give Over(parameters={'m2': (4, 5)}).")
+        for name, bounds in self.parameters.items():
+            asked = f"the parameter '{name}' of the claim"
+            try:
+                low, high = (float(each) for each in bounds)
+            except (TypeError, ValueError):
+                raise CertifyError(
+                    asked,
+                    f"{bounds!r} is not a lowest and a highest value.",
+                    f"Give both bounds: Over(parameters={{'{name}': (4, 5)}}).",
+                ) from None
+            if not (-math.inf < low <= high < math.inf):
+                found = f"{low:g} to {high:g} is no range of finite numbers."
+                raise CertifyError(asked, found, "Give the lower bound first.")
+
+    @property
+    def bounds(self) -> dict[str, tuple[sp.Rational, sp.Rational]]:
+        """The same in fractions."""
+        return {name: (_fraction(low), _fraction(high)) for name, (low, high) in self.parameters.items()}
+
+
+def _fraction(value: Any) -> sp.Rational:
+    number = exact(value)
+    return number if isinstance(number, sp.Rational) else sp.Rational(str(float(number)))
+
+
+Claim = Region | StableWithin | GloballyStable | Over

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 
 import sympy as sp
 from flint import arb
@@ -22,10 +23,12 @@ class Domain:
     """
 
     def __init__(self, form: Form) -> None:
-        z, x = list(form.symbols), list(form.limited.symbols)
-        back = sp.Matrix(form.inverse)
-        own = form.limited
-        self._limits = dict(zip(own.limited, zip(own.lower, own.upper, strict=True), strict=True))
+        own = form.limited.parameters
+        z, x = [*form.symbols, *own], [*form.limited.symbols, *own]
+        back = sp.Matrix([*form.inverse, *own])
+        limited = form.limited
+        self._limits = dict(zip(limited.limited, zip(limited.lower, limited.upper, strict=True), strict=True))
+        self._held: tuple[arb, ...] = ()
         self._wires = [symbol for symbol, _ in form.limited.wires]
         steps = [formula for _, formula in form.limited.wires]
         self.everywhere = all(map(_entire, (*back, *steps, *form.limited.raw)))
@@ -34,11 +37,17 @@ class Domain:
         self._steps = [_balls("wire", [*x, *self._wires[:k]], [e]) for k, e in enumerate(steps)]
         self._rates = _balls("rates", [*x, *self._wires], list(form.limited.raw))
 
+    def at(self, parameters: Sequence[arb]) -> Domain:
+        """The same with values of the parameters."""
+        found = copy(self)
+        found._held = tuple(parameters)
+        return found
+
     def holds(self, point: Sequence[arb]) -> bool:
         """Whether all formulas have a value at every ζ of a box."""
         if self.everywhere:
             return True
-        found = self._back(*point)
+        found = self._back(*point, *self._held)
         if not _finite(found):
             return False
         known = list(found[: self._states])

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from ulna.certify.errors import CertifyError
 from ulna.certify.limited import Limited
 from ulna.loop import Loop
+from ulna.program import to_numpy
+from ulna.symbolic.compiling import kernel
 from ulna.symbolic.exact import tidy
+from ulna.system import given_point
 
 _SECONDS = 0.5
 
@@ -90,6 +94,23 @@ def _in_coordinates(
         commands=commands,
         outer=_outer(symbols, closed, gains),
     )
+
+
+def start_of(loop: Loop, form: Form) -> np.ndarray:
+    """Where the equilibrium is looked for: the operating point of the plant's file, estimates equal to it."""
+    known = {name: float(value) for name, value in given_point(loop.plant).numbers.items()}
+    given = getattr(loop.controller, "initial", None)
+    known |= {name: float(value) for name, value in given.items()} if isinstance(given, Mapping) else {}
+    states = form.limited.states
+    point = [known.get(s.name, known.get(s.name.removesuffix("_hat"), 0.0)) for s in states]
+    return moved(form, np.array(point)[:, None])[:, 0]
+
+
+def moved(form: Form, points: np.ndarray, *, back: bool = False) -> np.ndarray:
+    """(n, N) points x as ζ, or back."""
+    given, taken = (form.symbols, form.inverse) if back else (form.limited.symbols, form.forward)
+    evaluate = to_numpy(kernel("map", list(given), {f"m{k}": e for k, e in enumerate(taken)}))
+    return np.array([np.broadcast_to(row, points.shape[1:]) for row in evaluate(*points)], dtype=float)
 
 
 def without_errors(form: Form) -> Form:

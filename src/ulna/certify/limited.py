@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,6 +36,7 @@ class Limited:
         rates: f in the states and the limited wires.
         limited: symbols of the limited wires. commands: k, what each would be without limits, in the states.
         lower, upper: the limits.
+        parameters: symbols that keep no value, of a claim over parameters.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Limited:
     commands: tuple[sp.Expr, ...]
     lower: tuple[sp.Expr, ...]
     upper: tuple[sp.Expr, ...]
+    parameters: tuple[sp.Symbol, ...] = ()
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
@@ -54,12 +56,13 @@ class Limited:
         return tuple(s.symbol for s in self.states)
 
 
-def limited_loop(loop: Loop, inputs: Mapping[str, Any]) -> Limited:
+def limited_loop(loop: Loop, inputs: Mapping[str, Any], kept: Sequence[str] = ()) -> Limited:
     """The loop in exact formulas, references and disturbances held.
 
     Args:
         loop: continuous; of its hardware only the saturation counts.
         inputs: SI values of references and disturbances by name; 0 where left out.
+        kept: names of parameters that keep no value.
 
     Raises:
         CertifyError: a loop with a processor or end stops, parameters without a value, an unknown input, formulas that
@@ -84,7 +87,8 @@ def limited_loop(loop: Loop, inputs: Mapping[str, Any]) -> Limited:
             "it is a system of difference equations, for which there is no theorem here yet.",
             "Ask `analyse` for its eigenvalues: with all |λ| < 1 it is stable near its rest point.",
         )
-    missing = [p.name for p in system.parameters if p.value is None]
+    _check_kept(system, kept)
+    missing = [p.name for p in system.parameters if p.value is None and p.name not in kept]
     if missing:
         raise CertifyError(
             f"a proof for '{system.name}'", f"parameters without a value: {', '.join(missing)}.", "Give them values."
@@ -97,11 +101,25 @@ def limited_loop(loop: Loop, inputs: Mapping[str, Any]) -> Limited:
         raise CertifyError(
             f"a proof for '{system.name}'", "some of its definitions are equations to be solved.", "Solve them by hand."
         )
-    held = {s.symbol: exact(inputs.get(s.name, 0)) for s in system.inputs} | dict(system.values)
-    return _opened(loop, system, held)
+    values = {symbol: value for symbol, value in system.values.items() if symbol.name not in kept}
+    held = {s.symbol: exact(inputs.get(s.name, 0)) for s in system.inputs} | values
+    return _opened(loop, system, held, tuple(p.symbol for p in system.parameters if p.name in kept))
 
 
-def _opened(loop: Loop, system: System, held: Mapping[sp.Symbol, sp.Expr]) -> Limited:
+def _check_kept(system: System, kept: Sequence[str]) -> None:
+    known = [p.name for p in system.parameters]
+    for name in kept:
+        if name not in known:
+            raise CertifyError(
+                f"the parameter '{name}' of the claim",
+                f"the loop has no such parameter. Known: {', '.join(known) or 'none, all are numbers'}.",
+                "Take a name that is known." if known else "Build the loop from the plant before `with_values()`.",
+            )
+
+
+def _opened(
+    loop: Loop, system: System, held: Mapping[sp.Symbol, sp.Expr], parameters: tuple[sp.Symbol, ...]
+) -> Limited:
     """The limited wires taken out of the closed loop; an observer reads the limited signal, as in a simulation."""
     limits = loop.saturation
     shown = dict(zip((s.name for s in system.outputs), system.readouts, strict=True))
@@ -143,6 +161,7 @@ def _opened(loop: Loop, system: System, held: Mapping[sp.Symbol, sp.Expr]) -> Li
         commands=tuple(commands.values()),
         lower=tuple(_bound(by_name[symbol].lower) for symbol in commands),
         upper=tuple(_bound(by_name[symbol].upper) for symbol in commands),
+        parameters=parameters,
     )
 
 

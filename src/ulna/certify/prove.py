@@ -16,17 +16,15 @@ from ulna.certify.box import comes_back, inside
 from ulna.certify.cascade import NotByThisTheoremError, cascade, worded
 from ulna.certify.certificate import CASCADE, THEOREM
 from ulna.certify.certificate_of import certificate_of
-from ulna.certify.claims import Claim, GloballyStable, Region, StableWithin
+from ulna.certify.claims import Claim, GloballyStable, Over, Region, StableWithin
 from ulna.certify.errors import CertifyError
-from ulna.certify.form import Form, form_of, in_states
+from ulna.certify.form import Form, form_of, in_states, moved, start_of
 from ulna.certify.limited import Limited, limited_loop
 from ulna.certify.metrics import Candidate, candidates
+from ulna.certify.over import prove_over
 from ulna.certify.region import Attempt, attempt
 from ulna.certify.rest import Rest, holding, linear_answer, rest
 from ulna.loop import Loop
-from ulna.program import to_numpy
-from ulna.symbolic.compiling import kernel
-from ulna.system import given_point
 
 PATIENCE = 20.0
 """s of CPU time for a claim."""
@@ -44,18 +42,20 @@ def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, 
     most nearly linear. Branch and bound shows that the loop is defined and V falls in one of its level sets, limits of
     the inputs included. So every run that starts in the level set stays in it and converges. Everywhere: the loop
     without limits is a linear part that errors, which decay by themselves, disturb at most in proportion to its size.
-    docs/proof.md says more.
+    Over parameters: Kharitonov's test of the characteristic polynomial at the equilibrium as it moves, on boxes of
+    their values. docs/proof.md says more.
 
     Args:
-        loop: without a processor; its saturation counts. claim: `Region()`, `StableWithin(box={...})` or
-            `GloballyStable()`.
+        loop: without a processor; its saturation counts.
+        claim: `Region()`, `StableWithin(box={...})`, `GloballyStable()` or `Over(parameters={...})`.
         inputs: SI values at which references and disturbances are held, by name; 0 where left out.
         seconds: CPU time for the search.
 
     Returns:
         Proved with a `certificate` (and `half_axes` of the ellipsoid, `level`, `boxes`; of a global claim `growth`,
-        `decay_rates` and a `bound` of every run); refuted with the eigenvalue,
-        the signal that holding needs beyond its limit, or a run that does not converge; undecided with how far it came.
+        `decay_rates` and a `bound` of every run; over parameters the range of the `equilibrium`); refuted with the
+        eigenvalue, the signal that holding needs beyond its limit, or a run that does not converge; undecided with how
+        far it came.
 
     Raises:
         CertifyError: a loop that the theorem does not speak of, names that are unknown.
@@ -63,13 +63,15 @@ def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, 
     Reference:
         H. K. Khalil, "Nonlinear Systems", 3rd ed., theorem 4.10; W. Tucker, "Validated Numerics", 2011, chapter 5.
     """
+    if isinstance(claim, Over):
+        return prove_over(loop, claim, inputs or {}, seconds)
     limited = limited_loop(loop, inputs or {})
     _check_names(limited, claim)
     form = form_of(loop, limited)
     if isinstance(claim, StableWithin) and not comes_back(form):
         form = in_states(limited)
     slopes = slopes_of(form)
-    near = _start(loop, form)
+    near = start_of(loop, form)
     found = rest(slopes, near)
     text = _text(limited, claim)
     if found is None:
@@ -124,7 +126,7 @@ def _widest(slopes: Slopes, found: Rest, tried: list[Candidate], seconds: float)
     return best
 
 
-def _text(limited: Limited, claim: Claim) -> str:
+def _text(limited: Limited, claim: Region | StableWithin | GloballyStable) -> str:
     if isinstance(claim, GloballyStable):
         return f"all runs of '{limited.name}' converge to one equilibrium, which is stable"
     if isinstance(claim, Region):
@@ -133,7 +135,7 @@ def _text(limited: Limited, claim: Claim) -> str:
     return f"runs of '{limited.name}' that start within {sides} of the equilibrium converge to it"
 
 
-def _check_names(limited: Limited, claim: Claim) -> None:
+def _check_names(limited: Limited, claim: Region | StableWithin | GloballyStable) -> None:
     names = [s.name for s in limited.states]
     given = {} if isinstance(claim, GloballyStable) else claim.scale if isinstance(claim, Region) else claim.box
     unknown = [name for name in given if name not in names]
@@ -141,23 +143,6 @@ def _check_names(limited: Limited, claim: Claim) -> None:
         raise CertifyError(
             f"the state '{unknown[0]}' of the claim", "the loop has no such state.", f"Known: {', '.join(names)}."
         )
-
-
-def _start(loop: Loop, form: Form) -> np.ndarray:
-    """Where the equilibrium is looked for: the operating point of the plant's file, estimates equal to it."""
-    known = {name: float(value) for name, value in given_point(loop.plant).numbers.items()}
-    given = getattr(loop.controller, "initial", None)
-    known |= {name: float(value) for name, value in given.items()} if isinstance(given, Mapping) else {}
-    states = form.limited.states
-    point = [known.get(s.name, known.get(s.name.removesuffix("_hat"), 0.0)) for s in states]
-    return _moved(form, np.array(point)[:, None])[:, 0]
-
-
-def _moved(form: Form, points: np.ndarray, *, back: bool = False) -> np.ndarray:
-    """(n, N) points x as ζ, or back."""
-    given, taken = (form.symbols, form.inverse) if back else (form.limited.symbols, form.forward)
-    evaluate = to_numpy(kernel("map", list(given), {f"m{k}": e for k, e in enumerate(taken)}))
-    return np.array([np.broadcast_to(row, points.shape[1:]) for row in evaluate(*points)], dtype=float)
 
 
 def _without_equilibrium(slopes: Slopes, near: np.ndarray, text: str) -> Verdict:
@@ -198,7 +183,7 @@ def _level_of(P: sp.Matrix, slopes: Slopes, found: Rest, claim: StableWithin) ->
     """A level whose set contains the box, as many samples of it and its corners see it, with 2 % to spare."""
     form = slopes.form
     names = [s.name for s in form.limited.states]
-    rest = _moved(form, found.numbers[:, None], back=True)
+    rest = moved(form, found.numbers[:, None], back=True)
     places, half = [names.index(name) for name in claim.box], np.array(list(claim.box.values()))
     corners = np.array(list(itertools.product((-1.0, 1.0), repeat=len(places)))).T
     inside = np.random.default_rng(0).uniform(-1.0, 1.0, (len(places), 4000))
@@ -206,7 +191,7 @@ def _level_of(P: sp.Matrix, slopes: Slopes, found: Rest, claim: StableWithin) ->
     inside[np.random.default_rng(1).integers(len(places), size=2000), np.arange(2000)] = 1.0
     points = np.repeat(rest, corners.shape[1] + inside.shape[1], axis=1)
     points[places] += half[:, None] * np.hstack([corners, inside])
-    d = _moved(form, points) - found.numbers[:, None]
+    d = moved(form, points) - found.numbers[:, None]
     top = float(np.max(np.einsum("ij,ij->j", d, np.array(P.tolist(), dtype=float) @ d)))
     return sp.Rational(max(1.02 * top, 1e-12))
 
@@ -272,7 +257,7 @@ def _run_away(
     form = slopes.form
     names = [s.name for s in form.limited.states]
     slowest = -np.linalg.eigvals(slopes.numbers(found.numbers)).real.max()
-    horizon, rest = 60.0 / slowest, _moved(form, found.numbers[:, None], back=True)[:, 0]
+    horizon, rest = 60.0 / slowest, moved(form, found.numbers[:, None], back=True)[:, 0]
     places = [names.index(name) for name in claim.box]
     for signs in itertools.product((-1, 1), repeat=len(places)):
         start = rest.copy()
@@ -280,12 +265,12 @@ def _run_away(
         run = solve_ivp(
             lambda _, z: slopes.limited_rates(z[:, None])[:, 0],
             (0.0, horizon),
-            _moved(form, start[:, None])[:, 0],
+            moved(form, start[:, None])[:, 0],
             method="LSODA",
             rtol=1e-9,
             atol=1e-12,
         )
-        last = _moved(form, run.y[:, -1:], back=True)[:, 0]
+        last = moved(form, run.y[:, -1:], back=True)[:, 0]
         way, off = np.abs(start - rest).max(), np.abs(last - rest).max()
         speed = np.abs(slopes.limited_rates(run.y[:, -1:])[:, 0]) / (1.0 + np.abs(run.y[:, -1]))
         if not np.isfinite(off) or off > 10.0 * way or (off > 0.01 * way and speed.max() < 1e-9 * slowest):
@@ -357,7 +342,7 @@ def _names(slopes: Slopes) -> list[str]:
 
 def _resting(slopes: Slopes, found: Rest) -> dict[str, float]:
     """The equilibrium by state."""
-    point = _moved(slopes.form, found.numbers[:, None], back=True)
+    point = moved(slopes.form, found.numbers[:, None], back=True)
     return dict(zip(_names(slopes), point[:, 0].tolist(), strict=True))
 
 
@@ -367,6 +352,6 @@ def _reach(form: Form, found: Rest, P: sp.Matrix, level: float) -> np.ndarray:
     directions = np.hstack([directions, np.eye(P.shape[0])])
     numbers = np.array(P.tolist(), dtype=float)
     edge = np.linalg.inv(np.linalg.cholesky(numbers)).T @ (directions / np.linalg.norm(directions, axis=0))
-    points = _moved(form, found.numbers[:, None] + np.sqrt(level) * edge, back=True)
-    middle = _moved(form, found.numbers[:, None], back=True)
+    points = moved(form, found.numbers[:, None] + np.sqrt(level) * edge, back=True)
+    middle = moved(form, found.numbers[:, None], back=True)
     return np.nanmax(np.abs(points - middle), axis=1)

@@ -21,16 +21,21 @@ class Rest:
     """An equilibrium within a box.
 
     Attributes:
-        center: exact, of each state. radius: of the box around it, relative to max(1, |center|).
+        center: exact, of each state. radii: of the box around it.
     """
 
     center: tuple[sp.Rational, ...]
-    radius: sp.Rational
+    radii: tuple[sp.Rational, ...]
 
     @property
     def balls(self) -> list[arb]:
         """The box."""
-        return [ball(c) + arb(0, 1) * ball(self.radius * max(sp.Integer(1), abs(c))) for c in self.center]
+        return [ball(c) + arb(0, 1) * ball(r) for c, r in zip(self.center, self.radii, strict=True)]
+
+    @property
+    def reach(self) -> np.ndarray:
+        """(n,) its radii."""
+        return np.array([float(r) for r in self.radii])
 
     @property
     def numbers(self) -> np.ndarray:
@@ -54,7 +59,7 @@ def rest(slopes: Slopes, near: np.ndarray) -> Rest | None:
             break
     center = tuple(_short(float(v)) for v in x)
     for radius in _RADII:
-        found = Rest(center=center, radius=sp.Rational(radius))
+        found = Rest(center=center, radii=tuple(sp.Rational(radius) * max(sp.Integer(1), abs(c)) for c in center))
         if _holds_one(slopes, found):
             return found
     return None
@@ -114,17 +119,26 @@ def linear_answer(slopes: Slopes, found: Rest) -> Verdict | None:
 
 def _routh_fails(matrix: arb_mat) -> bool:
     """Whether Routh's array, in balls, has a first column with an entry that is certainly negative."""
-    n = matrix.nrows()
-    coefficients = _characteristic(matrix)
+    return _first_column(_characteristic(matrix)) < 0
+
+
+def decays(coefficients: list[arb]) -> bool:
+    """Whether every root of a polynomial, the highest power first, certainly lies left of the imaginary axis."""
+    return _first_column(coefficients) > 0
+
+
+def _first_column(coefficients: list[arb]) -> int:
+    """1 if all of Routh's first column is certainly positive, -1 if an entry is certainly negative, else 0."""
+    n = len(coefficients) - 1
     rows = [coefficients[0::2], coefficients[1::2]]
     width = len(rows[0])
     rows = [row + [arb(0)] * (width - len(row)) for row in rows]
     for _ in range(n - 1):
         above, below = rows[-2], rows[-1]
         if not below[0] > 0:
-            return bool(below[0] < 0)
+            return -int(below[0] < 0)
         rows.append([*(above[k + 1] - above[0] * below[k + 1] / below[0] for k in range(width - 1)), arb(0)])
-    return bool(rows[n][0] < 0)
+    return int(rows[n][0] > 0) - int(rows[n][0] < 0)
 
 
 def _characteristic(matrix: arb_mat) -> list[arb]:

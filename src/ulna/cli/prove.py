@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ulna.base import SimulationError
-from ulna.cli.asked_plant import plant_in_file
+from ulna.cli.asked_plant import plant_in_file, require_in_range
 from ulna.cli.asked_run import run_of
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import AsJson, DesignOptions, HardwareOptions, PlantOptions, RunOptions
 from ulna.cli.terminal import print_json, progress
-from ulna.cli.typed_values import named_values, quantity, unit_in
+from ulna.cli.typed_values import known_name, named_values, quantity, unit_in
 from ulna.cli.wording import evidence_label
 
 if TYPE_CHECKING:
+    import sympy as sp
+
     from ulna.base import Verdict
     from ulna.certify import Claim
     from ulna.loop import Loop
@@ -37,6 +41,14 @@ def prove(
     everywhere: Annotated[
         bool, typer.Option("--global", help="All runs converge, wherever they start (a loop without limits).")
     ] = False,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=LOW..HIGH",
+            help="For every value of these parameters of the plant the loop is stable at rest: 'm2=4..5, Ra=±10%'. The "
+            "controller keeps its design values.",
+        ),
+    ] = None,
     patience: Annotated[float, typer.Option("--patience", min=0.1, help="CPU time for the search, s.")] = 20.0,
     out: Annotated[Path | None, typer.Option(help="Write the certificate for `ulna check` (JSON).")] = None,
     as_json: AsJson = False,
@@ -55,18 +67,21 @@ def prove(
         raise SimulationError("--period", found, "Leave it out: the proof is about the continuous loop.")
     if out is not None and not out.absolute().parent.is_dir():
         raise SimulationError(f"--out '{out}'", "its folder does not exist.", "Make it first.")
-    if everywhere and within:
-        raise SimulationError("--global with --within", "these are two claims.", "Give one of them.")
+    given = [name for name, value in (("--global", everywhere), ("--within", within), ("--over", over)) if value]
+    if len(given) > 1:
+        raise SimulationError(" with ".join(given), f"these are {len(given)} claims.", "Give one of them.")
     system = plant_in_file(plant)
+    ranges = list(named_values(over or [], "--over"))
     with progress(f"designing for '{system.name}'"):
-        asked = run_of(system, plant, run, design, hardware)
+        varied = [name for name, *_ in ranges]
+        asked = run_of(system, plant, run, design, hardware, varied=varied or None)
+    loop = replace(asked.loop, plant=asked.loop.plant.with_parameters(dict(asked.parameters)))
     moving = [name for name, value in asked.inputs.items() if not isinstance(value, float | int)]
     if moving:
         raise SimulationError(f"the input '{moving[0]}'", "it moves, and the proof is about rest.", "Give a number.")
     with progress("proving"):
-        verdict = proved(
-            asked.loop, _claim(asked.loop, within or [], everywhere=everywhere), inputs=asked.inputs, seconds=patience
-        )
+        claim = _over(loop, ranges) if ranges else _claim(loop, within or [], everywhere=everywhere)
+        verdict = proved(loop, claim, inputs=asked.inputs, seconds=patience)
     certificate = verdict.evidence.get("certificate")
     if out is not None and certificate is not None:
         certificate.write(out)
@@ -91,6 +106,41 @@ def _claim(loop: Loop, within: list[str], *, everywhere: bool) -> Claim:
         for name, value, asked in named_values(within, "--within")
     }
     return StableWithin(box=box)
+
+
+def _over(loop: Loop, ranges: list[tuple[str, str, str]]) -> Claim:
+    """The claim over parameters, each `4..5`, `4..5 kg`, `±10%` of its value or `±0.5`."""
+    from ulna.certify import Over
+
+    known = {p.name: p for p in loop.plant.parameters}
+    bounds: dict[str, tuple[sp.Expr, sp.Expr]] = {}
+    for name, text, asked in ranges:
+        parameter = known[known_name(name, list(known), asked, what="parameter")]
+        unit = unit_in(loop.plant, parameter)
+        low, dots, high = (part.strip() for part in text.partition(".."))
+        if dots and low and high:
+            bounds[name] = (quantity(low + _unit_of(high, low), asked, unit=unit), quantity(high, asked, unit=unit))
+            continue
+        around = re.fullmatch(r"(?:±|\+/?-)\s*(?P<size>.+)", text)
+        if around is None:
+            raise SimulationError(asked, "it has no bounds.", f'Write --over "{name}=4..5" or --over "{name}=±10%".')
+        middle = parameter.si_value
+        if middle is None:
+            raise SimulationError(asked, f"'{name}' has no value to go around.", f'Write --over "{name}=4..5".')
+        share = around["size"].endswith("%")
+        size = quantity(around["size"], asked, unit=None if share else unit) * (abs(middle) if share else 1)
+        bounds[name] = (middle - size, middle + size)
+    for name, _, asked in ranges:
+        for end in bounds[name]:
+            require_in_range(known[name], end, asked)
+    return Over(parameters=bounds)
+
+
+def _unit_of(high: str, low: str) -> str:
+    """The unit of the upper bound where the lower one has none."""
+    found = re.search(r"(?<=[\d.)])\s*([^\W\d]|[°%])[^\s()]*$", high)
+    bare = re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", low)
+    return found.group(0) if found and bare and not re.fullmatch(r"[-+\d.eE]+", high) else ""
 
 
 def _plain(verdict: Verdict) -> dict[str, Any]:
