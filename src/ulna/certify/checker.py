@@ -30,7 +30,6 @@ from ulna.certify.checker_arithmetic import (
     Box,
     Dual,
     NotRightError,
-    approximate_inverse,
     around,
     definite,
     dual,
@@ -44,7 +43,7 @@ from ulna.certify.checker_arithmetic import (
     vanishes,
 )
 from ulna.certify.checker_global import Everywhere
-from ulna.certify.checker_loop import LimitedLoop
+from ulna.certify.checker_loop import LimitedLoop, names_wrong
 from ulna.certify.checker_over import OverParameters
 from ulna.symbolic.formulas import parse_formula
 
@@ -77,25 +76,6 @@ def check(certificate: Certificate) -> Verdict:
     return Verdict.refuted(claim, reason=reason) if reason else Verdict.proved(claim, boxes=boxes)
 
 
-def _names_wrong(given: Certificate) -> str:
-    """What does not fit among states, coordinates, wires, limits and parameters."""
-    n = len(given.coordinates)
-    if not 0 < given.outer <= n == len(given.states):
-        return "states and coordinates are not of one size"
-    names = [*given.states, *(row[0] for row in (*given.wires, *given.parameters) if row)]
-    if len(set(names)) != len(names) or len(set(given.coordinates)) != n:
-        return "names of states, wires and parameters are not all different"
-    if any(len(wire) != 2 for wire in given.wires) or not {*given.limited} <= {wire[0] for wire in given.wires}:
-        return "a limited signal is no wire"
-    if not len(given.limited) == len(given.lower) == len(given.upper):
-        return "a limited signal has no limits"
-    if any(len(row) != 3 for row in given.parameters) or (given.theorem == OVER) != bool(given.parameters):
-        return "a parameter has no bounds, or there is none where there should be"
-    if {row[0] for row in given.parameters} & {*given.coordinates}:
-        return "a parameter has the name of a coordinate"
-    return ""
-
-
 class _Checker:
     """One certificate, its numbers read."""
 
@@ -103,7 +83,7 @@ class _Checker:
         if given.theorem not in (THEOREM, CASCADE, OVER):
             raise NotRightError(f"the theorem '{given.theorem}' is not known")
         self.given, self.n, self.k = given, len(given.coordinates), given.outer
-        if wrong := _names_wrong(given):
+        if wrong := names_wrong(given):
             raise NotRightError(wrong)
         self.parameters = [sp.Symbol(row[0], real=True) for row in given.parameters]
         self.loop = self._read(given.coordinates, given.closed, given.gains, given.moved_commands)
@@ -159,7 +139,7 @@ class _Checker:
         if self.given.theorem == OVER:
             return self._over()
         point = [around(c, r) for c, r in zip(self.center, self.radii, strict=True)]
-        if not self._one_equilibrium(point):
+        if not self.loop.one_equilibrium(self.center, point):
             return "no equilibrium is proved to be in the box around the center, or a limit is met there"
         if self.k < self.n and (wrong := self._errors_wrong(point)):
             return wrong
@@ -263,29 +243,6 @@ class _Checker:
         half = [[sum((R[i][m] * A[m][j] for m in range(n - k)), arb(0)) for j in range(n - k)] for i in range(n - k)]
         self.decay = [[-(half[i][j] + half[j][i]) for j in range(n - k)] for i in range(n - k)]
         return "" if all(pivot > 0 for pivot in pivots(self.decay)) else "the errors' part of V does not fall"
-
-    # ---------------------------------------------------------------------------------------------- equilibrium
-
-    def _one_equilibrium(self, point: list[arb]) -> bool:
-        _, commands = self.loop.duals(point)
-        for value, low, high in zip(commands, self.loop.lower, self.loop.upper, strict=True):
-            if not (value > low and value < high):
-                return False
-        middle = [exactly(c) for c in self.center]
-        rates, _ = self.loop.duals(middle)
-        slope = self.loop.secant(middle, [p - c for p, c in zip(point, middle, strict=True)])
-        near = approximate_inverse(slope)
-        for i in range(self.n):
-            total = arb(0)
-            for j in range(self.n):
-                total -= near[i][j] * rates[j].value
-                product = arb(0)
-                for k in range(self.n):
-                    product += near[i][k] * slope[k][j]
-                total += ((arb(1) if i == j else arb(0)) - product) * (point[j] - middle[j])
-            if not total.abs_upper() < (point[i] - middle[i]).abs_upper():
-                return False
-        return True
 
     # ---------------------------------------------------------------------------------------------------- boxes
 

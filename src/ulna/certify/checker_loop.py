@@ -9,7 +9,16 @@ from fractions import Fraction
 import sympy as sp
 from flint import arb
 
-from ulna.certify.checker_arithmetic import Dual, around, dual, dual_of_product, sum_of_slopes
+from ulna.certify.certificate import OVER, Certificate
+from ulna.certify.checker_arithmetic import (
+    Dual,
+    approximate_inverse,
+    around,
+    dual,
+    dual_of_product,
+    exactly,
+    sum_of_slopes,
+)
 
 SEGMENTS = 4
 """Parts of the line over which the mean is taken: any number is valid, more are finer."""
@@ -60,3 +69,45 @@ class LimitedLoop:
                 for j, slope in enumerate(rate.slope):
                     total[i][j] += slope / SEGMENTS
         return total
+
+    def one_equilibrium(self, center: Sequence[Fraction], point: Sequence[arb]) -> bool:
+        """Whether exactly one is in the box around the center, and no limit is met in it."""
+        n = len(self.symbols)
+        _, commands = self.duals(point)
+        for value, low, high in zip(commands, self.lower, self.upper, strict=True):
+            if not (value > low and value < high):
+                return False
+        middle = [exactly(c) for c in center]
+        rates, _ = self.duals(middle)
+        slope = self.secant(middle, [p - c for p, c in zip(point, middle, strict=True)])
+        near = approximate_inverse(slope)
+        for i in range(n):
+            total = arb(0)
+            for j in range(n):
+                total -= near[i][j] * rates[j].value
+                product = arb(0)
+                for k in range(n):
+                    product += near[i][k] * slope[k][j]
+                total += ((arb(1) if i == j else arb(0)) - product) * (point[j] - middle[j])
+            if not total.abs_upper() < (point[i] - middle[i]).abs_upper():
+                return False
+        return True
+
+
+def names_wrong(given: Certificate) -> str:
+    """What does not fit among states, coordinates, wires, limits and parameters."""
+    n = len(given.coordinates)
+    if not 0 < given.outer <= n == len(given.states):
+        return "states and coordinates are not of one size"
+    names = [*given.states, *(row[0] for row in (*given.wires, *given.parameters) if row)]
+    if len(set(names)) != len(names) or len(set(given.coordinates)) != n:
+        return "names of states, wires and parameters are not all different"
+    if any(len(wire) != 2 for wire in given.wires) or not {*given.limited} <= {wire[0] for wire in given.wires}:
+        return "a limited signal is no wire"
+    if not len(given.limited) == len(given.lower) == len(given.upper):
+        return "a limited signal has no limits"
+    if any(len(row) != 3 for row in given.parameters) or (given.theorem == OVER) != bool(given.parameters):
+        return "a parameter has no bounds, or there is none where there should be"
+    if {row[0] for row in given.parameters} & {*given.coordinates}:
+        return "a parameter has the name of a coordinate"
+    return ""
