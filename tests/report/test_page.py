@@ -114,6 +114,19 @@ def test_the_page_needs_no_network_no_script_and_no_second_file() -> None:
     assert "@import" not in render_page(_full())
 
 
+def test_only_a_picture_that_moves_brings_a_script_which_stops_it() -> None:
+    still = Picture(svg="<svg xmlns='x'></svg>", caption="a", description="b")
+    assert "<script>" not in render_page(_document(still))
+    moving = Picture(svg="<svg xmlns='x'></svg>", caption="a", description="b", moving=True)
+    page = render_page(_document(Fold(title="more", blocks=(moving,))))
+    assert page.count("pauseAnimations") == 2
+    assert '<button type="button" hidden>Pause</button>' in page
+
+
+def test_a_wide_table_can_be_reached_by_keys() -> None:
+    assert '<div class="table-frame" tabindex="0" role="region" aria-label="Gains">' in render_page(_full())
+
+
 def test_texts_are_escaped_and_formulas_are_set() -> None:
     page = render_page(_full())
     assert "<h1>A &lt;title&gt;</h1>" in page

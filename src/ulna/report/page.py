@@ -1,8 +1,9 @@
-"""A document as one HTML page that needs nothing else: no script, no network, no second file."""
+"""A document as one HTML page that needs nothing else: no network, no second file; a script only to stop what moves."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any, Final
@@ -10,9 +11,21 @@ from typing import Any, Final
 from markupsafe import Markup, escape
 
 from ulna.base import mathml
-from ulna.report.document import Block, Cell, Document, Tone
+from ulna.report.document import Block, Cell, Document, Picture, Tone
 
 _SIGNS: Final = {Tone.GOOD: "✓", Tone.MILD: "≈", Tone.BAD: "✗", Tone.PLAIN: ""}
+# The one script of a report, and only of one with a picture that moves: the button that stops it.
+_HALT: Final = """for (const figure of document.querySelectorAll("figure.moving")) {
+  const [svg, button] = [figure.querySelector("svg"), figure.querySelector("button")];
+  const halt = (still) => {
+    if (still) svg.pauseAnimations();
+    else svg.unpauseAnimations();
+    button.textContent = still ? "Play" : "Pause";
+  };
+  button.hidden = false;
+  button.addEventListener("click", () => halt(!svg.animationsPaused()));
+  halt(matchMedia("(prefers-reduced-motion: reduce)").matches);
+}"""
 _INLINE: Final = re.compile(r"(?<!\\)\$([^$]+)\$")
 
 
@@ -24,7 +37,9 @@ def render_page(document: Document) -> str:
     Raises:
         FormulaError: a formula that cannot be set.
     """
-    return _environment().get_template("page.html").render(document=document)
+    moving = any(_moves(section.blocks) for section in document.sections)
+    script = Markup(_HALT) if moving else ""  # noqa: S704 (our own)
+    return _environment().get_template("page.html").render(document=document, script=script)
 
 
 @cache
@@ -49,6 +64,10 @@ def _with_formulas(text: str) -> Markup:
     parts = _INLINE.split(text)
     pieces = (Markup(mathml(p)) if i % 2 else escape(p) for i, p in enumerate(parts))  # noqa: S704 (escapes by itself)
     return Markup("").join(pieces)
+
+
+def _moves(blocks: Sequence[Block]) -> bool:
+    return any(block.moving if isinstance(block, Picture) else _moves(getattr(block, "blocks", ())) for block in blocks)
 
 
 def _kind(value: Block | Cell) -> str:

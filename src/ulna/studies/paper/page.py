@@ -78,7 +78,7 @@ def document(found: Findings, pictures: Mapping[str, str]) -> Document:
             Section(anchor="uncontrolled", title="The arm without voltage", blocks=_uncontrolled(found, pictures)),
             Section(anchor="forearm", title="The passive forearm", blocks=passive_blocks(found.passive, pictures)),
             Section(anchor="schematics", title="Figures 1 to 3", blocks=_schematics(found.paper, pictures)),
-            Section(anchor="claims", title="Sentences that claim something", blocks=(_claim_table(found.claims),)),
+            Section(anchor="claims", title="Sentences that claim something", blocks=_claims(found.claims)),
             *_equations(found.judged),
             Section(anchor="method", title="How this was made", blocks=_method()),
         ),
@@ -173,6 +173,13 @@ def _picture(paper: Paper, number: int, pictures: Mapping[str, str], description
     )
 
 
+def _claims(claims: Sequence[JudgedClaim]) -> tuple[Block, ...]:
+    """Those that do not hold, and all of them folded."""
+    wrong = [claim for claim in claims if claim.holds is False]
+    table = Fold(title=f"All {len(claims)}", blocks=(_claim_table(claims),))
+    return (_claim_table(wrong), table) if wrong else (table,)
+
+
 def _claim_table(claims: Sequence[JudgedClaim]) -> Table:
     words = {True: Badge(text="holds", tone=Tone.GOOD), False: Badge(text="does not hold", tone=Tone.BAD)}
     rows = tuple(
@@ -187,20 +194,19 @@ def _claim_table(claims: Sequence[JudgedClaim]) -> Table:
 
 
 def _equations(judged: Sequence[Judged]) -> list[Section]:
-    return [
-        Section(
-            anchor=f"section-{key}",
-            title=title,
-            blocks=(
-                Fold(
-                    title="Overview of this section",
-                    blocks=(_overview([entry for entry in judged if entry.passage.section == key]),),
-                ),
-                *(passage_card(entry) for entry in judged if entry.passage.section == key),
-            ),
-        )
-        for key, title in _SECTIONS.items()
-    ]
+    return [_section(key, [entry for entry in judged if entry.passage.section == key]) for key in _SECTIONS]
+
+
+def _section(key: str, judged: Sequence[Judged]) -> Section:
+    """What differs from the print stands open; what holds as it is printed is folded."""
+    different = [entry for entry in judged if entry.finding in (Finding.MISPRINT, Finding.ROUNDING)]
+    same = [entry for entry in judged if entry not in different]
+    blocks: list[Block] = [Fold(title="Overview of this section", blocks=(_overview(judged),))]
+    blocks += [passage_card(entry) for entry in different]
+    if same:
+        title = f"{len(same)} {'hold' if len(same) > 1 else 'holds'} as printed"
+        blocks.append(Fold(title=title, blocks=tuple(passage_card(entry) for entry in same)))
+    return Section(anchor=f"section-{key}", title=_SECTIONS[key], blocks=tuple(blocks))
 
 
 def _overview(judged: Sequence[Judged]) -> Table:

@@ -106,7 +106,7 @@ def _standing_rows(found: Sequence[Comparison]) -> tuple[tuple[Cell, ...], ...]:
         cells: list[Cell] = [contender.title]
         for table, best in zip(tables, first, strict=True):
             standing = table[contender.key]
-            text = f"{standing.score:.3g}"
+            text = _number(standing.score)
             if standing.lost:
                 cells.append(Badge(text=text, tone=Tone.BAD))
             else:
@@ -157,6 +157,7 @@ def _arm_section(found: Comparison, pictures: Mapping[str, str]) -> Section:
             svg=pictures[f"{name}-animation"],
             caption="Reach, pick up, be pushed; the nominal plant, in real time. The dashed line is the angle wanted.",
             description="Seven arms that move side by side, one for each controller.",
+            moving=True,
         ),
         _table(
             found,
@@ -224,7 +225,14 @@ def _table(found: Comparison, columns: Sequence[tuple[str, str, str]], caption: 
 
 def _tuned_table(found: Comparison) -> Table:
     rows = tuple(
-        (c.title, ", ".join(f"{name} = {value:.4g}" for name, value in found.chosen[c.key].items()), c.note)
+        (
+            c.title,
+            ", ".join(
+                f"{name} = {value:.4g}" if abs(value) < 1e4 else f"{name} = {value:.0f}"
+                for name, value in found.chosen[c.key].items()
+            ),
+            c.note,
+        )
         for c in found.contenders
     )
     return Table(head=("controller", "numbers", "what it is"), rows=rows)
@@ -280,6 +288,11 @@ def _tally(found: Sequence[Comparison]) -> tuple[int, int, int]:
     led = [each.leaders(task, measure, SHARE) for each in found for task, measure, _ in (*COLUMNS, *EFFORTS)]
     decided = [{c.proposed for c in leaders} for leaders in led if leaders]
     return sum(kinds == {True} for kinds in decided), sum(len(kinds) == 2 for kinds in decided), len(decided)
+
+
+def _digits(value: float) -> str:
+    """Four digits, and no exponent where all stand before the point."""
+    return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
 
 
 def _number(value: float) -> str:
