@@ -135,10 +135,13 @@ if TYPE_CHECKING:
     from ulna.plants import Model as Model
     from ulna.plants import model as model
     from ulna.plants import models as models
+    from ulna.plot import bode as bode
+    from ulna.plot import plot_phase as plot_phase
     from ulna.plot import plot_poles as plot_poles
     from ulna.plot import plot_trajectories as plot_trajectories
     from ulna.plot import plot_trajectory as plot_trajectory
     from ulna.plot import save_figure as save_figure
+    from ulna.plot import step_response as step_response
     from ulna.program import Fused as Fused
     from ulna.program import Plain as Plain
     from ulna.sim import Crossing as Crossing
@@ -212,7 +215,7 @@ _HOME = {
             SafeOutput Saturation SlewLimit TIME""",
         "ulna.page": "studio",
         "ulna.plants": "Model model models",
-        "ulna.plot": "plot_poles plot_trajectories plot_trajectory save_figure",
+        "ulna.plot": "bode plot_phase plot_poles plot_trajectories plot_trajectory save_figure step_response",
         "ulna.program": "Fused Plain",
         "ulna.sim": """
             Crossing Direction Ends Ensemble Event EventKind Figures FixedSteps Gpu Held Implicit Interpolated

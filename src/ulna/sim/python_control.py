@@ -12,7 +12,7 @@ from ulna.base import OptionalDependencyError, SimulationError
 from ulna.program import Kernel, to_python
 from ulna.symbolic.compiling import kernel
 from ulna.symbolic.formulas import exact
-from ulna.system import Signal, System
+from ulna.system import Linearisation, Signal, System
 
 if TYPE_CHECKING:
     import control
@@ -58,6 +58,29 @@ def to_control(system: System, parameters: Mapping[str, float] | None = None) ->
         inputs=[s.name for s in system.inputs] or 0,
         outputs=[s.name for s in outputs],
         params=values,
+        dt=float(system.period) if system.period is not None else 0,
+        name=system.name.replace(".", "_"),
+    )
+
+
+def linear_to_control(linear: Linearisation) -> control.StateSpace:
+    """A linearisation as a `control.StateSpace` with the names of its system, in deviations from its point.
+
+    Raises:
+        OptionalDependencyError: without python-control.
+        PlantError: entries without a value.
+        SimulationError: no inputs or no outputs.
+    """
+    library, system = _library(), linear.system
+    if not (system.inputs and system.outputs):
+        missing = "inputs" if not system.inputs else "outputs"
+        found, hint = f"it has no {missing}.", 'An input left free and an output are needed: u = "V", y = "theta".'
+        raise SimulationError(f"the response of '{system.name}'", found, hint)
+    return library.StateSpace(
+        *(linear.numbers(name) for name in "ABCD"),
+        states=[s.name for s in system.states],
+        inputs=[s.name for s in system.inputs],
+        outputs=[s.name for s in system.outputs],
         dt=float(system.period) if system.period is not None else 0,
         name=system.name.replace(".", "_"),
     )

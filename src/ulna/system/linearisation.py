@@ -44,14 +44,22 @@ class Linearisation:
         Raises:
             PlantError: where A depends on a parameter without a value, or on a state or input that has none here.
         """
-        A = self.A.xreplace(self.system.values)
-        if A.free_symbols:
-            names = ", ".join(sorted(s.name for s in A.free_symbols))
-            asked = f"eigenvalues of '{self.system.name}' at a point"
-            raise PlantError(asked, f"no value is given for {names}.", "Give one.")
-        found = np.linalg.eigvals(np.array(A.evalf(), dtype=float).reshape(A.shape))
+        found = np.linalg.eigvals(self.numbers("A"))
         size = np.abs if self.period is not None else np.real
         return tuple(complex(v) for v in sorted(found, key=lambda v: (-size(v), v.imag)))
+
+    def numbers(self, name: str) -> np.ndarray:
+        """The matrix of that name, `A`, `B`, `C` or `D`, as floats, parameters at their values.
+
+        Raises:
+            PlantError: where it depends on a parameter without a value, or on a state or input that has none here.
+        """
+        matrix = getattr(self, name).xreplace(self.system.values)
+        if matrix.free_symbols:
+            names = ", ".join(sorted(s.name for s in matrix.free_symbols))
+            asked = f"numbers of '{self.system.name}' at a point"
+            raise PlantError(asked, f"no value is given for {names}.", "Give one.")
+        return np.array(matrix.evalf(), dtype=float).reshape(matrix.shape)
 
     @property
     def stable(self) -> bool:
