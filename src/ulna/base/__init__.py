@@ -17,11 +17,14 @@ from ulna.base.errors import (
 from ulna.base.files import text_of_file, whole_file
 from ulna.base.formula_element import mathml
 from ulna.base.letters import LETTERS
+from ulna.base.machine import HAS_FORK, HAS_TIMER, cores, lock_alone
 from ulna.base.tables import html_table, number_text
 from ulna.base.units import Dimension, Unit, dimension_text, unit
 from ulna.base.verdict import Status, Verdict, all_of
 
 __all__ = [
+    "HAS_FORK",
+    "HAS_TIMER",
     "LETTERS",
     "DesignError",
     "Dimension",
@@ -38,8 +41,10 @@ __all__ = [
     "UnitError",
     "Verdict",
     "all_of",
+    "cores",
     "dimension_text",
     "html_table",
+    "lock_alone",
     "mathml",
     "number_text",
     "printable",

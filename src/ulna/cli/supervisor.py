@@ -21,6 +21,8 @@ from typing import Any, NoReturn
 
 import typer
 
+from ulna.base import HAS_FORK
+
 GRACE = 0.2
 """s of CPU time by which a command may work longer than it was given, before it is ended from outside."""
 
@@ -42,7 +44,7 @@ _to_parent: list[int] = []
 def supervised(work: Callable[[], Any]) -> Any:
     """`work()` in a process of its own where this one has loaded nothing yet, else here; the parent never returns."""
     fresh = not sys.modules.keys() & {"numpy", "sympy"} and threading.active_count() == 1
-    if not hasattr(os, "fork") or not fresh:
+    if not HAS_FORK or not fresh:
         return work()
     reading, writing = os.pipe()
     sys.stdout.flush()

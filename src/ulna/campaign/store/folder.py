@@ -7,7 +7,6 @@ left at any moment, by SIGKILL or power cut, and taken up again.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import re
@@ -16,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ulna.base import whole_file
+from ulna.base import lock_alone, whole_file
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.store.batch_file import fingerprint
 from ulna.campaign.store.library_versions import check_versions
@@ -152,12 +151,10 @@ def locked(path: Path) -> Iterator[None]:
     except OSError as error:
         raise _unwritable(path, error) from error
     try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not lock_alone(handle):
             raise CampaignError(
                 f"the result folder '{path}'", "another process is at work on it.", "Wait for it, or end it."
-            ) from None
+            )
         for place in (path, path / BATCHES):
             for name in _listed(place):
                 if _LEFTOVER.fullmatch(name):
@@ -205,6 +202,8 @@ def open_folder(path: Path) -> FolderStore:
 
 def _remember_names(folder: Path) -> None:
     """Bring the names in a folder to the disk: without that a power cut may take back the latest files, each whole."""
+    if os.name != "posix":
+        return  # elsewhere a folder cannot be opened
     try:
         handle = os.open(folder, os.O_RDONLY)
         try:

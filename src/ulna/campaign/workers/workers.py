@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
-from ulna.base import OptionalDependencyError
+from ulna.base import OptionalDependencyError, cores
 from ulna.campaign.errors import CampaignError
 from ulna.campaign.store import Batch
 from ulna.campaign.workers.computing import computed_batch
@@ -57,7 +56,7 @@ class LocalWorkers:
         self, settings: str, versions: Mapping[str, str], batches: Iterable[Batch]
     ) -> Iterator[tuple[Batch, bytes]]:
         """Each batch with its bytes. One batch is being computed while the one before is written."""
-        threads = self.threads or len(os.sched_getaffinity(0))
+        threads = self.threads or cores()
         pool = ThreadPoolExecutor(1)
         waiting: list[tuple[Batch, Future[bytes]]] = []
         try:

@@ -75,13 +75,14 @@ class Motion:
     """The kernel of a scheme in Python: rates and watched values at one instant.
 
     Args:
-        scheme: what moves. explicit: whether short spans are short beside its fastest decay.
+        scheme: what moves. explicit: whether short spans are short beside its fastest decay. exact: whether states
+            are known to rounding.
     """
 
-    def __init__(self, scheme: Scheme, *, explicit: bool) -> None:
+    def __init__(self, scheme: Scheme, *, explicit: bool, exact: bool) -> None:
         self.scheme = scheme
         self.bend = BEND if explicit else FINE_BEND
-        self.near = NEAR if explicit else ROUGHLY_NEAR
+        self.near = NEAR if exact else ROUGHLY_NEAR
         self._explicit = explicit
         self._count = len(scheme.layout.states)
         self._forms: dict[tuple[int, ...], Form] = {(): Form(scheme.moded.kernel, scheme.layout)}

@@ -12,11 +12,12 @@ import numpy as np
 
 from ulna.program import branches_of, hoist, to_numpy, with_modes
 from ulna.sim.cache import IdentityCache
-from ulna.sim.continuous.lane_step import FIGURES, LaneStep, lane_step
+from ulna.sim.continuous.lane import FIGURES, LaneStep
 from ulna.sim.continuous.one_thread import one_thread
 from ulna.sim.continuous.prepared import Engine
 from ulna.sim.continuous.rules import Limits
 from ulna.sim.continuous.run import run_continuous
+from ulna.sim.continuous.runge_kutta_flow import taylor_available
 from ulna.sim.continuous.stiffness import APPROACH
 from ulna.sim.continuous.taylor import Taylor
 from ulna.sim.continuous.yardstick import PASSES, misfits, powers_of_two
@@ -107,7 +108,9 @@ def _compiled(plant: System, settings: Engine, limits: Limits, *, figures: bool)
     step = None
     # What happens at limits, walls and branch points differs from lane to lane.
     smooth = not with_modes(split.main).guards and not branches_of(split.main, split.before.outputs)
-    if smooth and not limits and isinstance(settings, Taylor):
+    if smooth and not limits and isinstance(settings, Taylor) and taylor_available():
+        from ulna.sim.continuous.lane_step import lane_step  # heyoka: 0.4 s
+
         step = lane_step(
             split.main,
             states,

@@ -71,9 +71,7 @@ class ImplicitFlow(Switching):
     def _started(self, course: Course, steps: int) -> Any:
         settings, count = self._settings, len(course.state)
         sizes = np.ones(count) if course.divisors is None else course.divisors
-        bound = settings.bound
-        sides = course.sides * course.weights
-        watched = np.flatnonzero(sides)
+        functions = self.event_functions(course)
 
         def rates(time: float, state: np.ndarray, found: np.ndarray) -> None:
             found[:] = self.motion(course, time, state)[0]
@@ -82,10 +80,7 @@ class ImplicitFlow(Switching):
             found[:] = self.motion.slopes(course, time, state)
 
         def events(time: float, state: np.ndarray, found: np.ndarray) -> None:
-            found[:-1] = 1.0
-            if len(watched):
-                found[watched] = sides[watched] * course.distances(state, time)[watched]
-            found[-1] = 1.0 - float(state @ state) / bound**2
+            found[:] = functions(time, state)
 
         number = len(self.scheme.functions) + 1
         events.terminal, events.direction = [True] * number, [-1] * number  # type: ignore[attr-defined]

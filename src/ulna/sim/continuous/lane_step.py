@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import heyoka as hy
@@ -11,6 +10,7 @@ import heyoka as hy
 from ulna.base import UlnaError
 from ulna.program import FlowSeries, Kernel
 from ulna.program.lowering.heyoka import to_heyoka
+from ulna.sim.continuous.lane import FIGURES, LaneStep
 
 CAUTION = 0.1
 """Largest last term of a step's series in units of the tolerance; global errors are then those of `Taylor` runs."""
@@ -41,30 +41,6 @@ CROSSING = 5
 
 NEARLY = 0.9
 """Part of a band beyond which a parabola's top is looked at closely."""
-
-FIGURES = 3
-"""Numbers kept of each output along the way: largest, smallest, last time outside the band."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LaneStep:
-    """A compiled step. Rows of its argument, each with one entry for each run: what moves, then what stays.
-
-    What moves: time, n states, the largest absolute value of each, and of each of the q outputs largest value, smallest
-    value and last time outside the band.
-    What stays: final time, reciprocal of the size of each state, c constants, target and half-width of the band of each
-    output.
-
-    Attributes:
-        evaluate: (rows, runs) → what moves after the step: (moving, runs).
-        order: of the series. states, outputs: n and q. moving: number of rows that move.
-    """
-
-    evaluate: Any
-    order: int
-    states: int
-    outputs: int
-    moving: int
 
 
 def lane_step(

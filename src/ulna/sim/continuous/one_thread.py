@@ -6,8 +6,6 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import heyoka as hy
-
 _LOCK = threading.Lock()
 _inside = 0
 _before = 0
@@ -16,6 +14,8 @@ _before = 0
 @contextmanager
 def one_thread() -> Iterator[None]:
     """heyoka spreads large evaluations over all cores on its own; not in here. The setting is one of the process."""
+    import heyoka as hy
+
     global _inside, _before  # noqa: PLW0603  (heyoka's setting is global too)
     with _LOCK:
         if _inside == 0:

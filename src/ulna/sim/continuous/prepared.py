@@ -32,6 +32,7 @@ from ulna.sim.continuous.implicit import Implicit
 from ulna.sim.continuous.implicit_flow import ImplicitFlow
 from ulna.sim.continuous.layout import Layout
 from ulna.sim.continuous.rules import Limits, Reported, Rules, rules
+from ulna.sim.continuous.runge_kutta_flow import RungeKuttaFlow, taylor_available
 from ulna.sim.continuous.switched_flow import SwitchedFlow
 from ulna.sim.continuous.switching import Switching
 from ulna.sim.continuous.taylor import Taylor
@@ -220,6 +221,8 @@ def _flow(main: Kernel, layout: Layout, wanted: Rules | None, settings: Engine) 
         if flow is None:
             if isinstance(settings, Implicit):
                 flow = ImplicitFlow(scheme_of(branched, moded.guards, layout, wanted), settings)
+            elif not taylor_available():
+                flow = RungeKuttaFlow(scheme_of(branched, moded.guards, layout, wanted), settings)
             elif isinstance(scheme, Scheme):
                 flow = SwitchedFlow(scheme, settings)
             else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,7 +50,7 @@ class Switching(ABC):
         self.scheme = scheme
         self.bound = bound
         self._steps = steps
-        self.motion = Motion(scheme, explicit=self.explicit)
+        self.motion = Motion(scheme, explicit=self.explicit, exact=self.exact)
 
     @abstractmethod
     def leg(self, course: Course, times: np.ndarray, steps: int, *, bounded: bool) -> Leg:
@@ -59,6 +60,25 @@ class Switching(ABC):
     @abstractmethod
     def explicit(self) -> bool:
         """Whether stiffness holds its steps short."""
+
+    @property
+    def exact(self) -> bool:
+        """Whether its steps are exact to rounding."""
+        return self.explicit
+
+    def event_functions(self, course: Course) -> Callable[[float, np.ndarray], np.ndarray]:
+        """(time, state) → the functions that are positive until their event, the last of them for the bound."""
+        sides = course.sides * course.weights
+        watched = np.flatnonzero(sides)
+
+        def values(time: float, state: np.ndarray) -> np.ndarray:
+            found = np.ones(len(self.scheme.functions) + 1)
+            if len(watched):
+                found[watched] = sides[watched] * course.distances(state, time)[watched]
+            found[-1] = 1.0 - float(state @ state) / self.bound**2
+            return found
+
+        return values
 
     def run(
         self, began: Course, initial: np.ndarray, times: np.ndarray, values: list[float], sizes: Yardstick

@@ -20,6 +20,8 @@ from functools import partial
 from types import FrameType, TracebackType
 from typing import Self
 
+from ulna.base import HAS_TIMER
+
 _REPEAT = 0.02
 """s between two interruptions of one budget: the first can be lost or put off (see `_would_be_lost`)."""
 
@@ -170,7 +172,7 @@ def _thread_clock(thread: int) -> Callable[[], float]:
 
 
 def _signal_is_free() -> bool:
-    if threading.current_thread() is not threading.main_thread():
+    if not HAS_TIMER or threading.current_thread() is not threading.main_thread():
         return False
     handler = signal.getsignal(signal.SIGALRM)
     return handler is _on_alarm or handler in (signal.SIG_DFL, signal.SIG_IGN)

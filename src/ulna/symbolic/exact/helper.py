@@ -17,6 +17,7 @@ import threading
 from collections.abc import Callable
 from typing import IO, Any, ParamSpec, TypeVar
 
+from ulna.base import HAS_FORK
 from ulna.symbolic.exact.budget import charge, patience, set_patience, spend, time_left
 
 Arguments = ParamSpec("Arguments")
@@ -98,7 +99,7 @@ class _Helper:
         """The process and the CPU time that starting it took just now."""
         if self._process is not None and self._owner == os.getpid():
             return self._process, 0.0
-        if not hasattr(os, "fork"):
+        if not HAS_FORK:
             raise NoHelperError("this system has no fork")
         from ulna.symbolic.exact.helper_process import read
 
