@@ -87,8 +87,9 @@ function ulnaLoop(program, facts) {
     input(name) { return m[known(inputs, name, "input")]; },
 
     setParameter(name, value, owner = "plant") {
-      const each = known(parameters[owner], name, `parameter of the ${owner}`);
-      m[at(each.slot)] = number(value, name);
+      known(parameters[owner], name, `parameter of the ${owner}`);
+      // Law and observer may both have one of this name.
+      for (const each of facts.parameters) if (each.owner === owner && each.name === name) m[at(each.slot)] = number(value, name);
       if (owner === "plant") core.constants(m);
       else core.coefficients(m);
     },

@@ -74,23 +74,27 @@ class Controls {
   _parameters(place) {
     const { app } = this;
     const several = app.loops.length > 1;
-    const seen = new Set();
-    app.loops.forEach((loop, k) => {
-      for (const item of loop.facts.parameters) {
-        const shared = item.owner === "plant";
-        if (shared && seen.has(item.name)) continue;
-        seen.add(item.name);
-        const read = () => app.parameter(item.name, k, item.owner);
-        const [low, high] = rangeOf(item, item.value);
-        const whose = shared ? item.text : [item.text, several ? app.payload.loops[k].title : "controller"].filter(Boolean).join(", ");
-        place.append(this._keep(slider({ name: item.name, item, low, high, value: read(), text: whose,
-          on: (value) => app.setParameter(k, item.owner, item.name, value), reset: () => item.value }), read));
-      }
-    });
-    if (app.loops.some((loop, k) => loop.facts.parameters.length && app.payload.loops[k].closed)) {
+    const own = app.loops.flatMap((loop, k) => loop.facts.parameters.map((item) => ({ item, k })));
+    const plant = own.filter(({ item }, j) => item.owner === "plant" && own.findIndex((each) => each.item.name === item.name) === j);
+    for (const { item } of plant) place.append(this._parameter(0, item));
+    if (plant.length && app.payload.loops.some((loop) => loop.closed)) {
       place.prepend(el("p", { class: "quiet" }, "A controller keeps the numbers it was designed with: here you see what it does when the plant is another one."));
     }
+    app.loops.forEach((loop, k) => {
+      const named = new Map(loop.facts.parameters.filter((item) => item.owner !== "plant").map((item) => [item.name, item]));
+      if (!named.size) return;
+      place.append(el("h3", {}, several ? `Controller: ${app.payload.loops[k].title}` : "Controller"));
+      for (const item of named.values()) place.append(this._parameter(k, item));
+    });
     byId("parameters-fold").hidden = !place.children.length;
+  }
+
+  _parameter(k, item) {
+    const { app } = this;
+    const read = () => app.parameter(item.name, k, item.owner);
+    const [low, high] = rangeOf(item, item.value);
+    return this._keep(slider({ name: item.name, item, low, high, value: read(), text: item.text,
+      on: (value) => app.setParameter(k, item.owner, item.name, value), reset: () => item.value }), read);
   }
 
   _options(place) {

@@ -96,8 +96,8 @@ class App {
       const shown = position || row.push;
       const [low, high] = rangeOf(this.signal(shown), this.signal(shown).value);
       const size = Math.min((high - low) / 4, 1) || 1;
-      const stiffness = position ? 64 : 6;
-      return { name: row.name, row, state: row.push, position: shown, stiffness, strength: niceAbove(stiffness * size * 0.3), at: (k) => this.loops[k].get(shown) };
+      const [stiffness, damping] = position ? [64, 12] : [6, 0]; // of a hand, in 1/s and its square
+      return { name: row.name, row, state: row.push, position: shown, stiffness, damping, strength: niceAbove(stiffness * size * 0.3), at: (k) => this.loops[k].get(shown) };
     });
   }
 
@@ -118,6 +118,7 @@ class App {
     this.inputs.set(name, held);
     for (const loop of this.loops) if (has(loop.facts, name)) loop.set(name, held);
     if (target && this.figures && target === this.targets[0]) this.figures.jumped();
+    if (this.controls) this.controls.renew();
     this.noteAddress();
     this.changed();
   }

@@ -37,7 +37,7 @@ const PICTURES = {
     },
     ghost(c, box, p, value, look) {
       const { turn, pivot, length } = this.layout(box, p);
-      return pointer(c, pivot, turn.zero + turn.sign * value, length + 22, look);
+      return pointer(c, pivot, turn.zero + turn.sign * value, length + 26, look);
     },
     grips(box, p) {
       const { turn, pivot, hand } = this.layout(box, p);

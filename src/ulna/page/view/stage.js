@@ -194,7 +194,7 @@ class Stage {
     const point = this.sheet.at(event);
     this.draw();
     const near = (at) => Math.hypot(at[0] - point[0], at[1] - point[1]);
-    const handle = this.handles.filter((each) => near(each.at) < 24).sort((a, b) => near(a.at) - near(b.at))[0];
+    let handle = this.handles.filter((each) => near(each.at) < 24).sort((a, b) => near(a.at) - near(b.at))[0];
     const cells = this.cells();
     const k = cells.findIndex((cell) => point[0] >= cell.x && point[0] < cell.x + cell.w && point[1] >= cell.y && point[1] < cell.y + cell.h);
     if (k < 0) return;
@@ -202,7 +202,9 @@ class Stage {
     const cell = cells[k];
     const box = { x: cell.x + 6, y: cell.y + 6 + head, w: cell.w - 12, h: cell.h - 12 - head };
     const view = this.view(k);
-    const body = handle ? null : this._bodyAt(point, box, view);
+    const body = this._bodyAt(point, box, view);
+    // Where mark and body lie side by side, the nearer one is meant.
+    if (handle && body && body.far < near(handle.at)) handle = null;
     if (handle) this.held = { targets: this._withPair(handle, view), k: handle.k, box: handle.box };
     else if (body) this.held = { push: body.push, grip: body.grip, k, box, point };
     else {
@@ -211,7 +213,6 @@ class Stage {
       this.held = { targets: this._withPair(first, view), k, box };
     }
     event.preventDefault();
-    this.sheet.canvas.focus({ preventScroll: true });
     this.sheet.canvas.setPointerCapture(event.pointerId);
     this._to(point);
   }
@@ -267,7 +268,9 @@ class Stage {
     const grip = this.kind.grips(held.box, view).find((each) => each.role === held.grip.role && each.place === held.grip.place);
     if (!grip) return;
     const present = held.push.at(held.k);
-    app.push(held.push, held.push.stiffness * (grip.to(held.point, present) - present));
+    // A spring with a damper: a hand that lags must not feed the swing.
+    const drag = held.push.damping * app.loops[held.k].get(held.push.state);
+    app.push(held.push, held.push.stiffness * (grip.to(held.point, present) - present) - drag);
   }
 
   letGo() {
