@@ -195,7 +195,7 @@ def test_a_place_without_certificates_is_one_clear_error(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("address", ["nonsense://x", "foo", "tcp://", ""])
 def test_what_is_no_address_is_one_clear_error(address: str, tmp_path: Path) -> None:
-    with pytest.raises(CampaignError, match=r"this is no address .* Give an address such as tcp"):
+    with pytest.raises(CampaignError, match=r"this is not an address .* Give an address such as tcp"):
         run(workers=DaskWorkers(address=address, timeout=1.0), store=tmp_path / "a")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from terminal import answered, entry_point, refused
+from terminal import answered, entry_point, refused, ulna
 
 from ulna.design import Poles, controller_form, state_feedback
 from ulna.plants import model
@@ -80,7 +80,7 @@ def test_a_plant_without_observer_form_has_other_observers(other):
         (["--lqr", "1e400,1:1"], "all finite"),
         (["--kalman", "1,1"], "expected two lists separated by ':'"),
         (["--kalman", "1:1"], "1 numbers given, 2 needed"),
-        (["--observer-poles", "-1,-2", "--high-gain", "0"], "no positive number"),
+        (["--observer-poles", "-1,-2", "--high-gain", "0"], "not a positive number"),
     ],
 )
 def test_options_that_do_not_go_together_are_one_clear_error(arguments, reason):
@@ -118,3 +118,45 @@ def test_a_law_that_would_read_an_output_in_place_of_its_state_is_not_written(tm
     # Designed on the spot it reads the state: x'' = −3 x' − 2 x.
     run = answered("simulate", *asked[1:4], "--initial", "1,0", "--horizon", "2")["signals"]
     assert run["v"][-1] == pytest.approx(2 * math.exp(-4) - 2 * math.exp(-2), abs=1e-12)
+
+
+def test_gains_are_scheduled_over_a_range_of_set_points():
+    ball = ["simulate", "magnetic_levitation", "--schedule", "y=0.002:0.02:6", "--controller-poles=-20,-25,-30"]
+    run = answered(*ball, "--reference", "y=0.003", "--initial", "0.002,0,0.2")
+    assert abs(run["signals"]["y"][-1] - 0.003) < 1e-5
+    assert "lower end, upper end and number" in refused("design", "magnetic_levitation", *ball[2:3], "y=1", *ball[4:])
+    assert "exclude each other" in refused(*ball, "--track", "--reference", "y=0.003")
+
+
+def test_a_pendulum_is_swung_up_and_caught():
+    cart = ["cart_pole", "--swing-up", "om**2/8 + 4.9*(cos(th) - 1)", "--lqr", "1,1,10,1:1"]
+    up = ["--pivot", "y", "--hold=-0.5,-0.5", "--catch", "th=0.4"]
+    run = answered("simulate", *cart, *up, "--initial", "0,0,pi,0", "--horizon", "60")
+    assert math.cos(run["signals"]["th"][-1]) > 0.999
+    assert "does not say where the law catches" in refused("design", *cart)
+
+
+ROTOR = """
+name = "rotor"
+[states]
+z = "w"
+w = "8e-5*n**2 - 9.81"
+[inputs]
+n = { range = [0, 2000] }
+[outputs]
+height = "z"
+"""
+
+
+def test_a_function_of_an_input_takes_its_place_and_the_law_is_turned_back(tmp_path):
+    rotor, out = tmp_path / "rotor.toml", tmp_path / "law.toml"
+    rotor.write_text(ROTOR)
+    assert "`ulna design --substitute` makes n**2 the input" in refused("analyse", str(rotor))
+    done = ulna("design", str(rotor), "--substitute", "--controller-poles=-1,-2", "--set-point", "--out", str(out))
+    assert done.exit_code == 0, done.output
+    assert "law for the inputs themselves" in done.stdout
+    run = answered("simulate", str(rotor), "--controller", str(out), "--reference", "height=1", "--horizon", "10",
+                   "--initial", "0,0")  # fmt: skip
+    assert abs(run["signals"]["height"][-1] - 1) < 1e-3
+    affine = answered("analyse", str(rotor), "--substitute", "--question", "full_state_linearizable")
+    assert affine["full_state_linearizable"]["value"] is True

@@ -148,8 +148,8 @@ def test_files_say_the_time_and_read_back(tmp_path: Any) -> None:
         ({"time": "sampled"}, 'Write "continuous" or "discrete"'),
         ({"time": "discrete"}, "without a period"),
         ({"period": "0.1"}, "a period in continuous time"),
-        ({"time": "discrete", "period": 0}, "no positive time"),
-        ({"time": "discrete", "period": "-1"}, "no positive time"),
+        ({"time": "discrete", "period": 0}, "not a positive time"),
+        ({"time": "discrete", "period": "-1"}, "not a positive time"),
     ],
 )
 def test_mistakes_about_the_time_are_named(changed: dict[str, Any], says: str) -> None:
@@ -336,7 +336,7 @@ def test_loops_whose_times_do_not_fit_are_refused(
 
 def test_runs_whose_times_do_not_fit_are_refused() -> None:
     plant = system_from_mapping(STEPPED)
-    with pytest.raises(SimulationError, match="no multiple of its period"):
+    with pytest.raises(SimulationError, match="not a multiple of its period"):
         ulna.simulate(plant, (0.0,), (0, 0.15, 0.3))
     with pytest.raises(SimulationError, match=r"moves in steps of 0\.1 s"):
         ulna.simulate(plant, (0.0,), 1.0, engine=ulna.Taylor())

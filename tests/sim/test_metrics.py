@@ -95,7 +95,7 @@ def test_effort_of_a_constant_is_itself() -> None:
 
 def test_unknown_names_are_refused() -> None:
     run = simulate(SECOND_ORDER, (0, 0), 1.0)
-    with pytest.raises(SimulationError, match="which are no outputs"):
+    with pytest.raises(SimulationError, match="which are not outputs"):
         metrics(run, targets={"v": 1.0})
     with pytest.raises(SimulationError, match="no such signal"):
         metrics(run, effort=("w",))

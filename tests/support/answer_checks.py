@@ -188,7 +188,7 @@ def _agrees(key: str, plant: Facts, found: Mapping[str, Any], known: Answers) ->
     points = plant.samples()
     parallel = vanishes([a - ratio * b for a, b in slopes], points) and not vanishes([ratio], points)
     constant = vanishes([sp.diff(ratio, x) for x in plant.states], points)
-    return None if parallel and constant else f"{value} is no multiple of {expected}"
+    return None if parallel and constant else f"{value} is not a multiple of {expected}"
 
 
 STATIC: dict[str, Check] = {

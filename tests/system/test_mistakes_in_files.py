@@ -25,14 +25,14 @@ BODY = '[states]\nx = "-x + u"\n[inputs]\nu = {}\n'
         (f"[parameters]\na = {'[' * 5000}\n", "nested too deeply"),
         ('[states]\nx = "-x + u"\n[inputs]\nu = 3\n', "inputs 'u' .* expected a table, found 3"),
         ('[states]\nx = "-x + u"\n[inputs]\nu = "N*m"\n', "expected a table, found 'N\\*m'.*unit ="),
-        ('[states]\nx = { unit = 3, equation = "x" }\n', "unit = 3 is no text"),
+        ('[states]\nx = { unit = 3, equation = "x" }\n', "unit = 3 is not a text"),
         ('[states]\nx = { unit = "mile", equation = "x" }\n', "unit 'mile' of states 'x'"),
         ("[states]\nx = { equation = { a = 1 } }\n", "{'a': 1} is not a finite number"),
         ("[states]\nx = true\n", "True is not a finite number"),
         ("[states]\nx = 1979-05-27\n", "datetime"),
         ('[parameters]\na = 1e-999999999\n[states]\nx = "a"\n', "1E-999999999 is not a finite number"),
         ('[states]\nx = { range = ["sqrt(-1)", 1], equation = "x" }\n', "not real"),
-        (f"name = 3\n{BODY}", "name = 3 is no text"),
+        (f"name = 3\n{BODY}", "name = 3 is not a text"),
         (f'name = "\\u001b[31mred"\n{BODY}', r"control character: '\\x1b\[31mred'"),
         (f'text = "\\u0007"\n{BODY}', "control character"),
         (f'"\\u001b[2J" = 1\n{BODY}', r"unknown key '\\x1b\[2J'"),
@@ -65,7 +65,7 @@ def test_numbers_may_stand_for_formulas(tmp_path: Path) -> None:
 def test_what_is_no_file_is_refused_without_reading_it(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
     for place in (tmp_path / "pipe.toml", tmp_path, Path(os.devnull)):
-        with pytest.raises(UlnaError, match="no file but"):
+        with pytest.raises(UlnaError, match="not a file but"):
             read_system(place)
 
 

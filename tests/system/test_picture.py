@@ -38,7 +38,7 @@ def test_numbers_in_place_of_parameters_go_into_the_picture():
         ({"kind": "arm"}, "arm needs angle"),
         ({"kind": "arm", "angle": "c"}, "no state 'c'"),
         ({"kind": "arm", "angle": "a", "load": "b"}, "no parameter 'b'"),
-        ({"kind": "arm", "angle": "a", "length": -1}, "no positive number"),
+        ({"kind": "arm", "angle": "a", "length": -1}, "not a positive number"),
         ({"kind": "arm", "angle": "a", "zero": "north"}, "none of right, up"),
         ({"kind": "arm", "angle": "a", "wings": "b"}, "no part 'wings'"),
         ({"kind": "tanks", "levels": "a"}, "expected a list of states"),

@@ -149,5 +149,5 @@ def test_many_runs_and_limits_of_what_does_not_move_are_refused() -> None:
     law = static("law", ("a",), y="1/a")
     with pytest.raises(SimulationError, match="no states, so nothing in it moves"):
         ulna.simulate(law, (), (0.0, 1.0), inputs={"a": np.array([1.0, 2.0])})
-    with pytest.raises(SimulationError, match="output y is no finite number at 0 s"):
+    with pytest.raises(SimulationError, match="output y is not a finite number at 0 s"):
         ulna.simulate(law, (), (0.0, 1.0), inputs={"a": ulna.TIME})

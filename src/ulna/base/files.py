@@ -47,7 +47,7 @@ def text_of_file(target: Path, *, most: int) -> str:
     """
     try:
         if target.exists() and not target.is_file():
-            raise ValueError("this is no file but a folder, a pipe or a device")
+            raise ValueError("this is not a file but a folder, a pipe or a device")
         if target.stat().st_size > most:
             raise ValueError(f"it is larger than {most // 1_000_000} MB")
         return target.read_text(encoding="utf-8-sig")

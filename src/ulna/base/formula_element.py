@@ -225,7 +225,7 @@ def _bracket(reader: _Reader) -> str:
     reader.skip_spaces()
     word = reader.take()
     if word not in BRACKETS:
-        raise reader.refuse(f"'{word}' is no bracket.")
+        raise reader.refuse(f"'{word}' is not a bracket.")
     return BRACKETS[word]
 
 

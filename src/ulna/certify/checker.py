@@ -254,7 +254,7 @@ class _Checker:
         if not self._comes_back():
             return "T⁻¹(T(x)) is not x, so a box of x says nothing"
         if unknown := [name for name in given.box if name not in given.states]:
-            return f"the box has a side '{unknown[0]}', which is no state"
+            return f"the box has a side '{unknown[0]}', which is not a state"
         at = {s: Dual(v, []) for s, v in zip(self.loop.symbols, point, strict=True)}
         rest = [dual(b, at, {}).value for b in self.back]
         sides = {given.states.index(name): fraction(size) for name, size in given.box.items()}

@@ -12,7 +12,7 @@ from ulna.cli.completion import complete_question
 from ulna.cli.layout import broken, columns, numbered, say, shown, write_rows
 from ulna.cli.next_step import next_step
 from ulna.cli.option_groups import with_groups
-from ulna.cli.options import AsJson, Exact, PlantOptions, Seconds
+from ulna.cli.options import AsJson, Exact, PlantOptions, Seconds, Substitute
 from ulna.cli.patience import take_time
 from ulna.cli.supervisor import finished, keep
 from ulna.cli.terminal import print_json, progress
@@ -52,6 +52,7 @@ def analyse(
     evidence: Annotated[
         bool, typer.Option("--evidence", help="Show what stands behind every answer, with --json too.")
     ] = False,
+    substitute: Substitute = False,
     exact: Exact = False,
     as_json: AsJson = False,
     seconds: Seconds = None,
@@ -69,6 +70,10 @@ def analyse(
     """
     share = take_time(seconds)
     system = plant_of(plant)
+    if substitute:
+        from ulna.system import substitute_input
+
+        system = substitute_input(system).system
     ranges = ranges_of(system, within or [], "--within")
     from ulna.design import analyse as analyse_system
 

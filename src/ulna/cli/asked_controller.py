@@ -6,11 +6,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ulna.cli.options import DesignOptions
-from ulna.cli.typed_values import number_list, pole_list
+from ulna.cli.typed_values import named_values, number_list, pole_list, quantity, three_numbers
 
 if TYPE_CHECKING:
     from ulna.base import NoFormError
-    from ulna.design import AbstractGainRule, Controller, ExtendedLaw
+    from ulna.design import AbstractGainRule, Controller, ExtendedLaw, Law
     from ulna.system import System
 
 
@@ -31,6 +31,9 @@ def designed(system: System, options: DesignOptions, *, held_exactly: bool = Fal
     require_consistent(options)
     if options.extend:
         return _extended(system, options)
+    if options.schedule or options.swing_up:
+        law = _scheduled(system, options) if options.schedule else _swung_up(system, options)
+        return controller_for(system, law=law, observer=_observer(options) if options.observer else None)
     try:
         made = controller_for(
             system,
@@ -64,6 +67,33 @@ def _extended(system: System, options: DesignOptions) -> ExtendedLaw:
         raise DesignError("--extend", found, "Leave one of them out.")
     reference = SetPoint() if options.set_point else Track() if options.track else None
     return extended_law(system, _gains(options), reference=reference, integral=options.integral)
+
+
+def _scheduled(system: System, options: DesignOptions) -> Law:
+    from ulna.design import gain_schedule
+
+    over: dict[str, tuple[float, float, int]] = {}
+    for name, text, asked in named_values([options.schedule], "--schedule"):
+        low, high, count = three_numbers(text, asked)
+        over[name] = low, high, int(count)
+    return gain_schedule(system, over=over, gains=_gains(options), integral=options.integral)
+
+
+def _swung_up(system: System, options: DesignOptions) -> Law:
+    from ulna.design import local_law, swing_up
+
+    near = {
+        name: float(quantity(text, asked)) for name, text, asked in named_values([options.catch], "--catch") if text
+    }
+    return swing_up(
+        local_law(system, _gains(options)),
+        energy=options.swing_up,
+        push=options.push,
+        gain=options.push_gain,
+        within=near,
+        pivot=options.pivot or None,
+        hold=_poles(options.hold) if options.hold else None,
+    )
 
 
 def as_file(controller: Controller | ExtendedLaw) -> System:
@@ -100,16 +130,35 @@ def require_consistent(options: DesignOptions) -> None:
         ("--best", "poles or weights", options.best and (options.controller_poles or options.lqr or options.observer)),
         ("--input-output", "--local", options.input_output and options.local),
         ("--observer-poles", "--kalman", options.observer_poles and options.kalman),
+        ("--schedule", "--swing-up", options.schedule and options.swing_up),
+        ("--schedule", "--track", options.schedule and options.track),
+        ("--swing-up", "--set-point, --track or --integral", options.swing_up and _moves(options)),
+        ("--schedule or --swing-up", "--best, --extend or --input-output", _special(options) and _other(options)),
     )
     for one, other, clash in pairs:
         if clash:
             raise DesignError(f"{one} and {other}", "they exclude each other.", "Leave one of them out.")
     if options.high_gain is not None and not options.observer_poles:
         raise DesignError("--high-gain", "it needs the poles of the error.", "Add --observer-poles.")
-    wants = [name for name in ("integral", "set_point", "track", "input_output", "extend") if getattr(options, name)]
+    if options.swing_up and not options.catch:
+        raise DesignError("--swing-up", "it does not say where the law catches.", "Add --catch th=0.4, say.")
+    flags = ("integral", "set_point", "track", "input_output", "extend", "schedule", "swing_up")
+    wants = [name for name in flags if getattr(options, name)]
     if wants and not options.law:
         asked = f"--{wants[0].replace('_', '-')}"
         raise DesignError(asked, "there is no law to add it to.", "Add --controller-poles, --lqr or --best.")
+
+
+def _special(options: DesignOptions) -> bool:
+    return bool(options.schedule or options.swing_up)
+
+
+def _moves(options: DesignOptions) -> bool:
+    return options.set_point or options.track or options.integral
+
+
+def _other(options: DesignOptions) -> bool:
+    return options.best or options.extend or options.input_output
 
 
 def _gains(options: DesignOptions) -> AbstractGainRule:

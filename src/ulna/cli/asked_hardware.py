@@ -138,7 +138,7 @@ def end_stops(plant: System, texts: Sequence[str]) -> tuple[EndStop, ...]:
         known_name(name, list(rates), asked, "state")
         velocity = by_symbol.get(rates[name])
         if velocity is None:
-            raise SimulationError(asked, f"the rate of {name} is no state, {rates[name]}.")
+            raise SimulationError(asked, f"the rate of {name} is not a state, {rates[name]}.")
         numbers = _numbers(bounds, asked, (2, 3))
         bounce = numbers[2] if len(numbers) == 3 else 0.0
         stops.append(EndStop(position=name, velocity=velocity, lower=numbers[0], upper=numbers[1], restitution=bounce))

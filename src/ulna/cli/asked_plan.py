@@ -100,7 +100,9 @@ def _varied(text: str) -> tuple[str, Any]:
             raise CampaignError(f"--vary '{text}'", error.found, error.hint) from None
     if not (1 <= numbers[2] <= _MOST_STEPS and numbers[2] == int(numbers[2])):
         raise CampaignError(
-            f"--vary '{text}'", f"{numbers[2]:g} is no number of steps from 1 to {_MOST_STEPS}.", "Write steps(0,5,21)."
+            f"--vary '{text}'",
+            f"{numbers[2]:g} is not a number of steps from 1 to {_MOST_STEPS}.",
+            "Write steps(0,5,21).",
         )
     return name, [float(v) for v in np.linspace(numbers[0], numbers[1], int(numbers[2]))]
 

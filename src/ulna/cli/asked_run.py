@@ -68,7 +68,7 @@ def run_of(
     from ulna.loop import Loop
 
     if not 0 < run.horizon < math.inf:
-        raise SimulationError(f"--horizon {run.horizon:g}", "it is no positive time in s.", "Give --horizon 5, say.")
+        raise SimulationError(f"--horizon {run.horizon:g}", "expected a positive time in s.", "Give --horizon 5, say.")
     read = _read(run, design, hardware)
     if read is not None and read.period is not None and not hardware.sampled:
         hardware = replace(hardware, period=float(read.period))

@@ -12,7 +12,7 @@ from ulna.cli.asked_controller import as_file, designed
 from ulna.cli.asked_plant import plant_of
 from ulna.cli.layout import write_rows, write_texts
 from ulna.cli.option_groups import with_groups
-from ulna.cli.options import AsJson, DesignOptions, Exact, PlantOptions, Seconds
+from ulna.cli.options import AsJson, DesignOptions, Exact, PlantOptions, Seconds, Substitute
 from ulna.cli.patience import take_time
 from ulna.cli.supervisor import kept
 from ulna.cli.terminal import print_json, progress
@@ -32,6 +32,7 @@ def design(
         Path | None, typer.Option(help="Write the controller for --controller (TOML or JSON, like a plant file).")
     ] = None,
     plot: Annotated[Path | None, typer.Option(help="Draw the poles: a .png, .svg or .pdf file.")] = None,
+    substitute: Substitute = False,
     exact: Exact = False,
     as_json: AsJson = False,
     seconds: Seconds = None,
@@ -49,24 +50,32 @@ def design(
         ulna design unicycle --extend --track --controller-poles=-1,-2,-3,-4
     """
     take_time(seconds)
-    from ulna.system import write_system
+    from ulna.system import substitute_input, write_system
 
     if not wanted.law and not wanted.observer:
         wanted = replace(wanted, best=True)
 
     system = plant_of(plant)
     with progress(f"designing for '{system.name}'"):
-        made = designed(system if symbolic else system.with_values(), wanted)
+        system = system if symbolic else system.with_values()
+        found = substitute_input(system) if substitute else None
+        made = designed(system if found is None else found.system, wanted)
     if out is not None:
-        write_system(as_file(made), out)
+        written = as_file(made)
+        write_system(written if found is None else found.undo(written), out)
         kept(f"{out} is written")
     if plot is not None:
         _plot_poles(made, plot)
     if as_json:
         print_json(_data(made))
         return
+    if found is not None:
+        _print_section("inputs of the design", {v.name: phi for v, phi in found.meaning.items()}, exact)
     for title, rows in _sections(made):
         _print_section(title, rows, exact)
+    if found is not None and made.law is not None:
+        back = found.undo(made.law.system)
+        _print_section("law for the inputs themselves", _named(back.outputs, back.inline(back.readouts)), exact)
 
 
 def _sections(made: Controller | ExtendedLaw) -> Iterable[tuple[str, dict[str, Any]]]:

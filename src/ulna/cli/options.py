@@ -20,6 +20,14 @@ _processor = partial(typer.Option, rich_help_panel="Processor, sensors and drive
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 
+Substitute = Annotated[
+    bool,
+    typer.Option(
+        "--substitute",
+        help="Take functions of the inputs for the inputs, n**2 for n, where the plant is not affine in them.",
+    ),
+]
+
 Exact = Annotated[bool, typer.Option("--exact", help="Show fractions in place of decimals of six digits.")]
 
 Seconds = Annotated[
@@ -138,6 +146,33 @@ class DesignOptions:
         bool,
         _law("--integral", help="Add integral action; it needs one more pole per chain."),
     ] = False
+    schedule: Annotated[
+        str,
+        _law(
+            "--schedule",
+            metavar="NAME=LOW:HIGH:KNOTS",
+            help="Local laws at so many rest points of an output, gains between them by lines: 'y=0.002:0.02:10'. It "
+            "takes a slow set point.",
+        ),
+    ] = ""
+    swing_up: Annotated[
+        str,
+        _law(
+            "--swing-up",
+            metavar="ENERGY",
+            help="Pump this energy up to that of the operating point, and catch by the local law of the poles or "
+            "weights: 'om**2/8 + 4.9*(cos(th) - 1)'. Needs --catch.",
+        ),
+    ] = ""
+    catch: Annotated[
+        str, _law("--catch", metavar="NAME=SIZE", help="So near the point the swing-up ends: 'th=0.4'.")
+    ] = ""
+    push: Annotated[float, _law("--push", min=0.0, help="Largest push of a swing-up, SI.")] = 5.0
+    push_gain: Annotated[float, _law("--push-gain", min=0.0, help="Push of a swing-up per energy, SI.")] = 5.0
+    pivot: Annotated[
+        str, _law("--pivot", metavar="OUTPUT", help="Output whose acceleration pushes, of a cart 'y'; else the input.")
+    ] = ""
+    hold: Annotated[str, _law("--hold", help="Poles that draw the pivot back meanwhile: '-0.5,-0.5'.")] = ""
     observer_poles: Annotated[str, _observer("--observer-poles", help="Poles of the error: '-9,-10,-11'.")] = ""
     high_gain: Annotated[
         float | None,

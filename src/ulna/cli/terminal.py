@@ -15,7 +15,7 @@ import typer
 from ulna.base import UlnaError, UlnaWarning
 from ulna.cli.help import PlainGroup
 from ulna.cli.supervisor import end_interrupted, supervised
-from ulna.cli.wording import in_terminal_words
+from ulna.cli.wording import in_terminal_words, told
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,7 +55,7 @@ class UlnaGroup(PlainGroup):
         try:
             return super().invoke(ctx)
         except UlnaError as error:
-            _end(in_terminal_words(str(error)), 2)
+            _end(told(error), 2)
         except KeyboardInterrupt:
             end_interrupted()
         except BrokenPipeError:

@@ -56,6 +56,19 @@ def number_list(text: str, asked: str) -> list[float]:
     return [number(part, f"{asked} '{text}'") for part in typed_list(text)]
 
 
+def three_numbers(text: str, asked: str) -> tuple[float, float, float]:
+    """The numbers in `low:high:count`.
+
+    Raises:
+        UlnaError: for another count of them.
+    """
+    parts = text.split(":")
+    if len(parts) != 3:
+        raise UlnaError(asked, "expected lower end, upper end and number of points.", "Write 'y=0.002:0.02:10'.")
+    low, high, count = (number(part, asked) for part in parts)
+    return low, high, count
+
+
 def number(text: str, asked: str) -> float:
     """The number that a formula without names stands for.
 

@@ -196,14 +196,14 @@ class Bandwidth(AbstractGainRule):
     least effort with which every mode slower than ω/2 is mirrored there: modes at 0 go to −ω, fast ones stay.
 
     Raises:
-        DesignError: for what is no positive number.
+        DesignError: for what is not a positive number.
     """
 
     omega: float
 
     def __post_init__(self) -> None:
         if not 0 < self.omega < math.inf:
-            raise DesignError(f"Bandwidth({self.omega})", "it is no positive number.", "Give ω in rad/s.")
+            raise DesignError(f"Bandwidth({self.omega})", "it is not a positive number.", "Give ω in rad/s.")
 
     def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
         """The Butterworth polynomial of every chain."""

@@ -80,7 +80,7 @@ def _system(given: Any) -> System:
     if not isinstance(found, System):
         raise SimulationError(
             f"controller of type {type(given).__name__}",
-            "it is no system and has none.",
+            "it is not a system and has none.",
             "Give a law, a compensator, or a System with the plant's inputs among its outputs.",
         )
     return found

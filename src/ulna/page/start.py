@@ -87,4 +87,4 @@ def check_inputs(name: str, given: Mapping[str, Any], known: Sequence[str]) -> N
             raise SimulationError(f"input '{each}' of '{name}'", "there is none of this name.", hint)
         if not isinstance(value, int | float) or not math.isfinite(value):
             hint = "Give one number; in the page it is moved by hand."
-            raise SimulationError(f"input '{each}' of '{name}'", f"{value!r} is no finite number.", hint)
+            raise SimulationError(f"input '{each}' of '{name}'", f"{value!r} is not a finite number.", hint)

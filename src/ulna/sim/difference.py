@@ -139,7 +139,7 @@ def _grid(system: System, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if off.any():
         raise SimulationError(
             f"times of '{system.name}'",
-            f"{asked[int(np.argmax(off))]:g} s is no multiple of its period of {period:g} s.",
+            f"{asked[int(np.argmax(off))]:g} s is not a multiple of its period of {period:g} s.",
             "Ask for multiples, or give only the final time for all of them.",
         )
     if end <= begin:

@@ -84,7 +84,7 @@ def metrics(
     if unknown:
         raise SimulationError(
             f"metrics of '{system.name}'",
-            f"targets for {', '.join(unknown)}, which are no outputs.",
+            f"targets for {', '.join(unknown)}, which are not outputs.",
             f"Its outputs: {', '.join(names) or 'none'}.",
         )
     outputs = {

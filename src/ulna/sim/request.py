@@ -337,7 +337,9 @@ def _targets(system: System, given: Mapping[str, Any], count: int) -> np.ndarray
     unknown = [name for name in given if name not in names]
     if unknown:
         raise SimulationError(
-            f"targets of '{system.name}'", f"{unknown[0]} is no output.", f"Its outputs: {', '.join(names) or 'none'}."
+            f"targets of '{system.name}'",
+            f"{unknown[0]} is not an output.",
+            f"Its outputs: {', '.join(names) or 'none'}.",
         )
     table = np.zeros((count, len(names)))
     for name, value in given.items():

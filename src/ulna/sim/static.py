@@ -21,7 +21,7 @@ def run_static(
     """The outputs at the times.
 
     Raises:
-        SimulationError: parameters without a value; an output that is no finite number at one of the times.
+        SimulationError: parameters without a value; an output that is not a finite number at one of the times.
     """
     run = Trajectory(
         system=system,
@@ -36,7 +36,7 @@ def run_static(
         row, column = (int(each) for each in np.argwhere(bad)[0])
         raise SimulationError(
             f"simulation of '{system.name}'",
-            f"its output {system.outputs[column].name} is no finite number at {times[row]:g} s.",
+            f"its output {system.outputs[column].name} is not a finite number at {times[row]:g} s.",
             "Look for a division by zero, a root or a logarithm of a negative number.",
         )
     return run

@@ -116,7 +116,7 @@ def _power(expression: sp.Expr, known: Mapping[sp.Symbol, Dimension], where: str
         power = Fraction(int(exponent.p), int(exponent.q))
         return {name: value * power for name, value in inner.items()}
     if inner or _dimension(exponent, known, where):
-        raise UnitError(where, f"{formula(expression)} raises a quantity to a power that is no plain number.")
+        raise UnitError(where, f"{formula(expression)} raises a quantity to a power that is not a plain number.")
     return _ONE
 
 

@@ -105,5 +105,5 @@ def as_point(system: System, given: PointLike) -> dict[sp.Symbol, sp.Expr]:
         try:
             point[known[name]] = value if isinstance(value, sp.Expr) else exact(value)
         except (ValueError, TypeError):
-            raise PlantError(f"'{name}' of a point of '{system.name}'", f"{value!r} is no finite number.") from None
+            raise PlantError(f"'{name}' of a point of '{system.name}'", f"{value!r} is not a finite number.") from None
     return point

@@ -122,7 +122,7 @@ def _size(value: Any, asked: str) -> float:
     except (TypeError, ValueError, OverflowError):
         found = 0.0
     if not 0 < found < float("inf"):
-        raise PlantError(asked, f"{value!r} is no positive number.", "Give one in SI, 0.5 say.")
+        raise PlantError(asked, f"{value!r} is not a positive number.", "Give one in SI, 0.5 say.")
     return found
 
 

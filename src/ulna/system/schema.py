@@ -219,7 +219,7 @@ def _range(row: Mapping[str, Any], asked: str) -> tuple[sp.Expr | None, sp.Expr 
         return None, None
     pair = row["range"]
     if not isinstance(pair, list | tuple) or len(pair) != 2:
-        raise PlantError(asked, f"range = {_shown(pair)} is no pair.", "Write range = [lower, upper].")
+        raise PlantError(asked, f"range = {_shown(pair)} is not a pair.", "Write range = [lower, upper].")
     lower, upper = (_number(end, f"range of {asked}") for end in pair)
     if lower >= upper:
         raise PlantError(asked, f"its range [{lower}, {upper}] is empty.", "Write range = [lower, upper].")
@@ -230,7 +230,7 @@ def _words(row: Mapping[str, Any], key: str, asked: str) -> str:
     """The text under a key; empty where there is none."""
     text = row.get(key, "")
     if not isinstance(text, str):
-        raise PlantError(asked, f"{key} = {_shown(text)} is no text.", f'Write {key} = "…".')
+        raise PlantError(asked, f"{key} = {_shown(text)} is not a text.", f'Write {key} = "…".')
     if any(unicodedata.category(sign) in ("Cc", "Cs") and sign not in "\n\t" for sign in text):
         raise PlantError(asked, f"{key} holds a control character: {_shown(text)}.", "Write letters and signs alone.")
     return text

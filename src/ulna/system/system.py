@@ -226,7 +226,7 @@ def _with(expression: sp.Expr, meaning: Mapping[sp.Symbol, sp.Expr], name: str) 
 def _check_period(system: System) -> None:
     period = system.period
     if period is not None and not (period.is_number and period.is_finite and period.is_positive):
-        found = f"{period} is no positive time in s."
+        found = f"{period} is not a positive time in s."
         raise PlantError(f"period of '{system.name}'", found, "Write period = 0.001, say.")
 
 
@@ -251,7 +251,7 @@ def _check_names(system: System) -> None:
         for item in row:
             if not item.name.isidentifier():
                 raise PlantError(
-                    f"{kind} '{item.name}' of '{system.name}'", "this is no name.", "Use letters, digits, _."
+                    f"{kind} '{item.name}' of '{system.name}'", "this is not a name.", "Use letters, digits, _."
                 )
             if item.name in RESERVED:
                 raise PlantError(f"{kind} '{item.name}' of '{system.name}'", "the name is a function or constant.")

@@ -95,7 +95,7 @@ def test_only_the_sample_times_asked_for_are_handed_back() -> None:
     some = run_loop(INTEGRATOR, [1.0], np.linspace(0, 1, 11), settings)
     assert np.array_equal(some.states, every.states[::10])
     assert np.array_equal(some["u_command"], every["u_command"][::10])
-    with pytest.raises(SimulationError, match="no multiple of the period"):
+    with pytest.raises(SimulationError, match="not a multiple of the period"):
         run_loop(INTEGRATOR, [1.0], [0.0, 0.0153, 1.0], settings)
 
 

@@ -197,7 +197,7 @@ def open_folder(path: Path) -> FolderStore:
     try:
         return FolderStore(path, Manifest.from_mapping(data))
     except (KeyError, TypeError, ValueError) as error:
-        raise CampaignError(f"'{path / MANIFEST}'", f"it is no manifest of a campaign ({error}).") from None
+        raise CampaignError(f"'{path / MANIFEST}'", f"it is not the manifest of a campaign ({error}).") from None
 
 
 def _remember_names(folder: Path) -> None:

@@ -82,7 +82,7 @@ def _check_address(address: str, hint: str) -> None:
         if scheme in ("tcp", "tls"):
             parse_host_port(place)
     except ValueError as error:
-        raise CampaignError(f"the Dask scheduler '{address}'", f"this is no address ({error}).", hint) from None
+        raise CampaignError(f"the Dask scheduler '{address}'", f"this is not an address ({error}).", hint) from None
 
 
 def compute_by_dask(

@@ -40,7 +40,8 @@ def flat_output(system: PlantLike, outputs: Sequence[sp.Expr], *, seconds: float
         strange = sorted(s.name for s in h.free_symbols - known)
         if strange:
             raise PlantError(
-                f"flat output {formula(h)} of '{system.name}'", f"{', '.join(strange)} is no state or parameter."
+                f"flat output {formula(h)} of '{system.name}'",
+                f"{', '.join(strange)} is neither a state nor a parameter.",
             )
     m, n = len(system.inputs), len(system.states)
     if len(outputs) != m:

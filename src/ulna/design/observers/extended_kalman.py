@@ -130,7 +130,7 @@ def _diagonal(
         try:
             number = exact(value)
         except (ValueError, TypeError):
-            raise DesignError(f"{what} of '{name}'", f"{value!r} is no finite number.") from None
+            raise DesignError(f"{what} of '{name}'", f"{value!r} is not a finite number.") from None
         if number < 0 or (positive and number == 0):
             sign = "positive" if positive else "zero or more"
             raise DesignError(f"{what} of '{name}'", f"{value} is not {sign}.", "Give a spectral density.")

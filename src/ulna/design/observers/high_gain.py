@@ -117,5 +117,7 @@ def _positive(value: Any) -> sp.Expr:
     except (ValueError, TypeError):
         number = sp.Integer(0)
     if not number.is_positive:
-        raise DesignError("time scale of a high-gain observer", f"{value!r} is no positive number.", "Give 0.1, say.")
+        raise DesignError(
+            "time scale of a high-gain observer", f"{value!r} is not a positive number.", "Give 0.1, say."
+        )
     return number

@@ -94,7 +94,7 @@ def checked_function_name(name: str) -> str:
     if not is_plain_name(name):
         raise FormulaError(
             f"a function of the name {name!r}",
-            "it is no identifier, or a word of C, JavaScript or Python.",
+            "it is not an identifier, or it is a word of C, JavaScript or Python.",
             "Choose letters, digits and underscores, a small letter first.",
         )
     return name

@@ -54,7 +54,7 @@ def _rows(times: np.ndarray, period: float) -> np.ndarray | None:
     if off.any():
         raise SimulationError(
             "times of a sampled run",
-            f"{times[int(np.argmax(off))]:g} s is no multiple of the period of {period:g} s.",
+            f"{times[int(np.argmax(off))]:g} s is not a multiple of the period of {period:g} s.",
             "Ask for sample times, or give only the final time for all of them.",
         )
     return np.asarray(rows)

@@ -103,7 +103,7 @@ def _text(source: Path) -> str:
     """UTF-8, UTF-16 with its mark (spreadsheets), or Latin letters of one byte (older devices)."""
     try:
         if source.exists() and not source.is_file():
-            raise RecordingError(f"the recording '{source}'", "it cannot be read: it is no plain file.")
+            raise RecordingError(f"the recording '{source}'", "it cannot be read: it is not a plain file.")
         if source.stat().st_size > LARGEST:
             raise RecordingError(f"the recording '{source}'", f"it has more than {LARGEST // 1_000_000} MB.", "Cut it.")
         data = source.read_bytes()
@@ -119,7 +119,7 @@ def _text(source: Path) -> str:
             return text
     raise RecordingError(
         f"the recording '{source}'",
-        "it cannot be read: it is no text.",
+        "it cannot be read: it is not a text.",
         "Export it as CSV, or give an EDF, BDF or XDF file.",
     )
 

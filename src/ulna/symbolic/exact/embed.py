@@ -126,7 +126,7 @@ class _Embedding:
     def _number(self, number: sp.Number) -> Element:
         exact = sp.Rational(number) if isinstance(number, sp.Float) and number.is_finite else number
         if not isinstance(exact, sp.Rational) or not exact.is_finite:
-            raise NotEmbeddableError(f"{number} is no real number")
+            raise NotEmbeddableError(f"{number} is not a real number")
         return self.made.ring.rational(exact)
 
     def _power(self, base: sp.Expr, exponent: sp.Expr) -> Element:

@@ -130,7 +130,7 @@ def _safe_words(text: str, names: Mapping[str, sp.Expr], where: str, held: _Plac
         else:
             raise FormulaError(
                 where,
-                f"'{word}' at character {match.start() + 1} of '{_shown(text)}' is no part of a formula.",
+                f"'{word}' at character {match.start() + 1} of '{_shown(text)}' is not part of a formula.",
                 "Formulas are arithmetic in declared names: + - * / ** and functions such as sin(x).",
             )
         if i and kind in ("number", "name") and matches[i - 1].lastgroup in ("number", "name"):
@@ -206,7 +206,7 @@ def _to_sympy(node: Any, values: Mapping[str, sp.Expr], where: str, depth: int =
 
 
 def without_value(expression: sp.Expr) -> str:
-    """Why an expression is no real number anywhere, its parameters being numbers: `"divides by zero"`; else empty."""
+    """Why an expression is not a real number anywhere, its parameters numbers: `"divides by zero"`; else empty."""
     if expression.has(*_INFINITE):
         return "divides by zero"
     if expression.has(sp.I):
