@@ -297,10 +297,11 @@ class App {
     this.dirty = false;
     this.count = (this.count || 0) + 1;
     this.stage.draw();
-    // Curves and figures are read, not watched: half as many frames are enough for them.
-    if (this.count % 2 === 0 || !this.clock.playing) {
-      this.curves.draw();
-      if (this.plane) this.plane.draw();
+    // Curves and figures are read, not watched: fewer frames are enough for them, and not all in the same frame.
+    const turn = this.clock.playing ? this.count % 4 : -1;
+    if (turn <= 0) this.curves.draw();
+    if (this.plane && (turn === 2 || turn < 0)) this.plane.draw();
+    if (turn === 1 || turn < 0) {
       this.figures.draw();
       this._time();
     }
