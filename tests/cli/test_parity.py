@@ -65,6 +65,8 @@ AT_THE_TERMINAL = {
 
 FOR_PYTHON = {
     "accessible_decomposition": "a change of coordinates, used inside analysis",
+    "bode": "a figure of python-control, for notebooks",
+    "step_response": "of python-control, for notebooks; `ulna simulate` runs the plant itself",
     "connect": "wires systems; a plant file holds one",
     "control_affine": "a view of a plant",
     "distribution": "vector fields as values",

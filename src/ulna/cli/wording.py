@@ -47,6 +47,8 @@ _WORDS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
         r"Use (?:plant\.)?with_values\(\)(?:, or give the values in its file)?\.",
         "Give values in the file, or add --set.",
     ),
+    (r"(Give(?: both bounds:)?) Over\(parameters=\{'(\w+)': \(([^,]*), ([^)]*)\)\}\)", r"\1 --over \2=\3..\4"),
+    (r"Build the loop from the plant before `with_values\(\)`\.", "Name a parameter of the plant."),
     (r"Give StableWithin\(box=\{'(\w+)': ([\d.]+)\}\)", r"Give --within \1=\2"),
     # Engines.
     (
