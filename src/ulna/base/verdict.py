@@ -38,6 +38,10 @@ class Verdict:
     the point, the minor, the number of sampled points, the seed, the tolerance). The claim that the answer rests on
     stands under `because` where it holds, under `fails` where it is refuted, under `open` where it is undecided, so
     that nothing reads as its opposite; a reason in words stands under `reason`.
+
+    Example:
+        >>> ulna.Verdict.refuted("x squared is linear", point=2).fails
+        True
     """
 
     claim: str

@@ -63,6 +63,10 @@ def relative_degree(system: System) -> RelativeDegree:
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if something that has to be differentiated is not smooth.
+
+    Example:
+        >>> ulna.relative_degree(ulna.model("one_link_arm")).per_output
+        (3,)
     """
     view = control_affine(system)
     return relative_degree_of(tuple(view.h), view)

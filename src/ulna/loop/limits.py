@@ -10,7 +10,12 @@ from ulna.base import SimulationError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Saturation:
-    """lower ≤ u ≤ upper, in SI."""
+    """lower ≤ u ≤ upper, in SI.
+
+    Example:
+        >>> ulna.Saturation(lower=-24.0, upper=24.0).upper
+        24.0
+    """
 
     lower: float
     upper: float

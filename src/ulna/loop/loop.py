@@ -47,6 +47,12 @@ class Loop:
     Raises:
         SimulationError: a controller that drives and estimates nothing, periods that differ, options of signals that
             the loop does not have.
+
+    Example:
+        >>> law = ulna.state_feedback("duffing", [-1, -2])
+        >>> loop = ulna.Loop(plant=ulna.model("duffing"), controller=law, hardware=ulna.Hardware(period=1e-3))
+        >>> loop.sampled
+        True
     """
 
     plant: System

@@ -54,7 +54,12 @@ def _data(name: str) -> dict[str, Any]:
 
 
 def models() -> tuple[Model, ...]:
-    """Every plant of the catalogue, in order of name."""
+    """Every plant of the catalogue, in order of name.
+
+    Example:
+        >>> "duffing" in [plant.name for plant in ulna.models()]
+        True
+    """
     rows = []
     for name in _files():
         data = _data(name)
@@ -107,6 +112,10 @@ def model(name: str) -> System:
 
     Raises:
         PlantError: for an unknown name; near ones are named.
+
+    Example:
+        >>> ulna.model("duffing").rates
+        (x2, -a*x1 - b*x1**3 - d*x2 + u)
     """
     plain = _known(name)
     return system_from_mapping(_data(plain), where=plain)

@@ -21,7 +21,13 @@ def plot_trajectory(
     title: str = "",
     levels: Mapping[str, Sequence[float]] | None = None,
 ) -> Figure:
-    """Return the signals of one run, one panel each; see `plot_trajectories`."""
+    """Return the signals of one run, one panel each; see `plot_trajectories`.
+
+    Example:
+        >>> run = ulna.simulate(ulna.model("duffing"), [1, 0], np.linspace(0, 10, 101))
+        >>> [axes.get_ylabel() for axes in ulna.plot_trajectory(run, ["x1", "x2"]).axes]
+        ['x1', 'x2']
+    """
     return plot_trajectories({"": trajectory}, signals, title=title or trajectory.system.name, levels=levels)
 
 

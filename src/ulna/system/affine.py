@@ -62,6 +62,12 @@ def control_affine(system: SystemLike) -> ControlAffine:
     Raises:
         NotAffineError: if a rate is not affine in the inputs or an output depends on them; shows the term.
         PlantError: for a system in discrete time, which has no vector fields.
+
+    Example:
+        >>> ulna.control_affine(ulna.model("duffing")).g
+        Matrix([
+        [0],
+        [1]])
     """
     return _control_affine(as_system(system))
 

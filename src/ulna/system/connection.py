@@ -78,6 +78,12 @@ def connect(
         PlantError: for an unknown end of a wire; for a ring without a state that is not linear in its signals or has a
             gain of 1 (it is named).
         UnitError: for a wire between units of different dimensions.
+
+    Example:
+        >>> spring = ulna.model("duffing")
+        >>> pair = ulna.connect({"a": spring, "b": spring}, {"b.u": "a.y"}, outputs=["b.y"], name="pair")
+        >>> [state.name for state in pair.states]
+        ['a_x1', 'a_x2', 'b_x1', 'b_x2']
     """
     placed = _place({key: as_system(part) for key, part in parts.items()})
     sources = {f"{key}.{o.name}": (key, i) for key, part in placed.items() for i, o in enumerate(part.system.outputs)}

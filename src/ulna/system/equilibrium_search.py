@@ -53,6 +53,10 @@ def equilibrium(
 
     Raises:
         PlantError: with `near` or `inputs`: for parameters without value, unknown names, or if none is reached.
+
+    Example:
+        >>> ulna.equilibrium(ulna.model("one_link_arm"))["u"]
+        -17.64
     """
     given = as_system(system)
     if near is None and inputs is None:

@@ -92,6 +92,10 @@ def linearise(system: SystemLike, point: PointLike | None = None) -> Linearisati
 
     Raises:
         PlantError: for a name that the system does not have.
+
+    Example:
+        >>> ulna.linearise(ulna.model("mass_spring_damper").with_values()).stable
+        True
     """
     if point is None:
         point = system if isinstance(system, Equilibrium) else equilibrium(system)

@@ -45,6 +45,10 @@ def local_law(
     Raises:
         DesignError: where the plant does not rest, a mode grows or stays that no input moves, gains do not fit, or
             there is no output to hold.
+
+    Example:
+        >>> ulna.local_law("mass_spring_damper", [-1, -2]).poles
+        ((-2+0j), (-1+0j))
     """
     linear = linear_plant(as_plant(plant), at)
     asked = f"a local law for '{linear.system.name}'"

@@ -69,5 +69,10 @@ def close_loop(plant: PlantLike, controller: SystemLike, hardware: Hardware | No
 
     Raises:
         SimulationError: if the controller drives none of the plant's inputs.
+
+    Example:
+        >>> law = ulna.state_feedback("duffing", [-1, -2])
+        >>> [output.name for output in ulna.close_loop("duffing", law).system.outputs]
+        ['y', 'u']
     """
     return Loop(plant=as_plant(plant), controller=controller, hardware=hardware)

@@ -39,6 +39,10 @@ def controller_form(system: PlantLike, outputs: Sequence[sp.Expr] | None = None,
         NoFormError: if the plant has no such form or none was found; its `value` is the verdict's owner.
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if something that has to be differentiated is not smooth.
+
+    Example:
+        >>> ulna.controller_form("duffing").indices
+        (2,)
     """
     if misplaced:
         raise DesignError(

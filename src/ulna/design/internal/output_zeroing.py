@@ -112,6 +112,10 @@ def zero_dynamics(system: System, *, set_point: Sequence[sp.Expr] | None = None,
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
+
+    Example:
+        >>> ulna.zero_dynamics(ulna.model("cart_pole").with_values()).dimension
+        2
     """
     view, base = control_affine(system), equilibrium_in_numbers(system)
     if set_point is None:

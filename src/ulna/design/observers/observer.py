@@ -85,6 +85,10 @@ def exact_observer(form: ObserverForm | PlantLike, gains: Gains) -> Observer:
     Raises:
         DesignError: if the gain rule does not fit the blocks.
         NoFormError: if a plant has no observer form.
+
+    Example:
+        >>> [state.name for state in ulna.exact_observer("duffing", [-5, -6]).system.states]
+        ['x1_hat', 'x2_hat']
     """
     form = form if isinstance(form, ObserverForm) else observer_form(form)
     view = form.view

@@ -54,6 +54,10 @@ def observer_form(system: PlantLike) -> ObserverForm:
     Raises:
         NoFormError: if there is none or none was found; `value` is the `ObserverFormSearch` that says why.
         NotAffineError: if the plant is not affine in its inputs.
+
+    Example:
+        >>> ulna.observer_form("one_link_arm").indices
+        (3,)
     """
     hint = (
         "Try an output transformation (transformed_observer_form), a high-gain observer or an extended Kalman filter."
