@@ -16,12 +16,18 @@ from ulna.cli.help import UlnaTyper
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import Arithmetic, AsJson, DesignOptions, HardwareOptions, PlantOptions, RunOptions
 from ulna.cli.terminal import UlnaGroup, print_json, progress
+from ulna.cli.typed_values import number as number_of
 
 if TYPE_CHECKING:
     from ulna.base import Verdict
-    from ulna.deploy import Comparison, CProject
+    from ulna.deploy import Comparison, CProject, FixedPoint
 
 app = UlnaTyper("A loop for a processor or for other simulators.", cls=UlnaGroup)
+
+
+class _Fixed(StrEnum):
+    q31 = "q31"
+    q15 = "q15"
 
 
 class _Number(StrEnum):
@@ -52,6 +58,19 @@ def export_c(
     number: Annotated[
         _Number | None,
         typer.Option("--number", help="Type of every number; left out: what the target computes."),
+    ] = None,
+    fixed: Annotated[
+        _Fixed | None,
+        typer.Option("--fixed", help="Integers instead: factors of products have 32 bits (q31) or 16 (q15)."),
+    ] = None,
+    ranges: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--range",
+            metavar="NAME=LOW:HIGH",
+            help="Of --fixed: the range of a measured signal, a reference, an input or a state of the controller, SI. "
+            "Repeatable.",
+        ),
     ] = None,
     check: Annotated[
         bool, typer.Option("--check", help="Compile it here and compare 100 000 samples with the simulation.")
@@ -87,7 +106,16 @@ def export_c(
     own = {s.name for s in (*asked.loop.wiring.memory, *asked.loop.wiring.driven)}
     initial = {each: value for each, value in asked.initial.items() if each in own}
     with progress("writing"):
-        made = c_project(asked.loop, out, name=library, target=target, precision=number, initial=initial)
+        arithmetic = _fixed_point(fixed, ranges or [])
+        made = c_project(
+            asked.loop,
+            out,
+            name=library,
+            target=target,
+            precision=number,
+            arithmetic=arithmetic,
+            initial=initial,
+        )
     compared = None
     if check:
         with progress("comparing with the simulation"):
@@ -95,6 +123,23 @@ def export_c(
     _tell(made, compared, asked, as_json=as_json)
     if compared is not None and not compared.equal:
         raise typer.Exit(1)
+
+
+def _fixed_point(fixed: _Fixed | None, texts: list[str]) -> FixedPoint | None:
+    from ulna.deploy import FixedPoint
+
+    if fixed is None:
+        if texts:
+            raise SimulationError(f"--range '{texts[0]}'", "it is for integers.", "Add --fixed q31.")
+        return None
+    ranges = {}
+    for text in texts:
+        name, _, bounds = (part.strip() for part in text.partition("="))
+        parts = bounds.split(":")
+        if not name or len(parts) != 2:
+            raise SimulationError(f"--range '{text}'", "expected a name and two ends.", "Write theta=-2:2.")
+        ranges[name] = (number_of(parts[0], f"--range '{text}'"), number_of(parts[1], f"--range '{text}'"))
+    return FixedPoint(factor=32 if fixed is _Fixed.q31 else 16, ranges=ranges)
 
 
 class _Part(StrEnum):
@@ -152,15 +197,16 @@ def export_fmu(
 
 
 def _tell(made: CProject, compared: Comparison | None, asked: Run, *, as_json: bool) -> None:
-    shipped = made.firmware
+    shipped, fixed = made.firmware, made.fixed
+    kind = shipped.precision.value if fixed is None else fixed.fixed.name
     if as_json:
         data: dict[str, Any] = {
             "folder": str(made.folder),
             "name": shipped.name,
             "design": shipped.fingerprint,
             "target": made.target.name,
-            "number": shipped.precision.value,
-            "operations": shipped.kernel.operation_count,
+            "number": kind,
+            "operations": made.operations,
             "files": list(made.files),
         }
         if compared is not None:
@@ -175,7 +221,7 @@ def _tell(made: CProject, compared: Comparison | None, asked: Run, *, as_json: b
         return
     typer.echo(f"{made.folder}: {shipped.name}, design {shipped.fingerprint}, for {made.target.text}")
     typer.echo(
-        f"{shipped.kernel.operation_count} operations on {shipped.precision.value} every {shipped.hardware.period} s, "
+        f"{made.operations} operations on {kind} every {shipped.hardware.period} s, "
         f"{len(shipped.memory)} numbers of memory"
     )
     if compared is not None:

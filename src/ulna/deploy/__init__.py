@@ -4,6 +4,8 @@ from ulna.deploy.comparison import Comparison, compare
 from ulna.deploy.compiled import Compiled
 from ulna.deploy.errors import DeployError
 from ulna.deploy.firmware import Firmware, Port, firmware
+from ulna.deploy.fixed_firmware import FixedFirmware, Range, fixed_firmware
+from ulna.deploy.fixed_point import FixedPoint
 from ulna.deploy.fmu import FmuFile, FmuPart, fmu
 from ulna.deploy.project import CProject, c_project
 from ulna.deploy.target import TARGETS, Target
@@ -16,13 +18,17 @@ __all__ = [
     "Compiled",
     "DeployError",
     "Firmware",
+    "FixedFirmware",
+    "FixedPoint",
     "FmuFile",
     "FmuPart",
     "Port",
+    "Range",
     "Target",
     "c_project",
     "compare",
     "firmware",
+    "fixed_firmware",
     "fmu",
     "verify",
 ]

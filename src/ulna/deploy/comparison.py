@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ import numpy as np
 from ulna.deploy.design_file import read_design
 from ulna.deploy.errors import DeployError
 from ulna.deploy.firmware import Firmware, firmware
+from ulna.deploy.fixed_firmware import FixedFirmware, fixed_firmware
 from ulna.deploy.library import library
 from ulna.loop import Loop
 from ulna.program import Precision
@@ -23,6 +23,9 @@ from ulna.system import starting_point
 
 REPLAYED = 5000
 """Samples of a folder in single precision that NumPy computes, too: the simulator has double precision only."""
+
+INTEGERS = 10_000
+"""Samples of a folder in fixed point that Python computes, too."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +88,9 @@ def compare(
     place = Path(folder)
     written = read_design(place)
     precision = written.precision
-    made = firmware(loop, name=written.name, precision=precision, initial=_controller_part(loop, initial or {}))
+    own = _controller_part(loop, initial or {})
+    fixed = None if written.fixed is None else fixed_firmware(loop, written.fixed, name=written.name, initial=own)
+    made = firmware(loop, name=written.name, precision=precision, initial=own)
     if made.hardware.missed is not None:
         raise DeployError("a comparison", "the loop has missed samples, which no record tells.", "Leave them out.")
     double = firmware(loop, precision=Precision.DOUBLE)
@@ -96,12 +101,14 @@ def compare(
     rows = _given(made, run, inputs or {})
     rows = np.pad(rows, ((0, 0), (0, int(made.missed))))
     simulated = np.column_stack([run[f"{port.signal.name}_limited"] for port in made.commands])
+    if fixed is not None:
+        return _of_integers(fixed, place, rows[:INTEGERS], simulated, compiler)
     against = "the simulation"
     expected = simulated
     if precision is Precision.SINGLE:
         rows = rows[:REPLAYED]
         expected, against = made.run(rows)[:, : len(made.commands)], "the same step in single precision"
-    found = _by_c(made, place, rows, compiler)
+    found = _by_c(made, place, rows, compiler, precision.value, precision.dtype)
     bits = precision.dtype().dtype.str.replace("f", "u")
     left = np.ascontiguousarray(found, dtype=precision.dtype).view(bits)
     right = np.ascontiguousarray(expected[: len(rows)], dtype=precision.dtype).view(bits)
@@ -147,20 +154,39 @@ def _applied(made: Firmware, run: Trajectory, name: str) -> np.ndarray:
     return np.concatenate([[0.0], mean[:-1]])
 
 
-def _by_c(made: Firmware, place: Path, rows: np.ndarray, compiler: str) -> np.ndarray:
-    """(N, commands) of the C, compiled into a library that this process loads."""
-    real = made.precision.dtype
+def _of_integers(
+    fixed: FixedFirmware, place: Path, rows: np.ndarray, simulated: np.ndarray, compiler: str
+) -> Comparison:
+    """The C in fixed point beside the same integers in Python, and how far it is from the simulation."""
+    made, given = fixed.made, fixed.integers(rows)
+    count = len(made.commands)
+    expected = np.array(fixed.run_integers(given))[:, :count]
+    found = _by_c(made, place, np.array(given), compiler, "int32_t", np.int32)
+    differs = np.flatnonzero((found != expected).any(axis=1))
+    first = int(differs[0]) if len(differs) else None
+    units = np.array([2.0 ** -fixed.program.outputs[port.slot].point for port in made.commands])
+    return Comparison(
+        samples=len(rows),
+        against="the same integers in Python",
+        first_difference=first,
+        commands=None if first is None else (tuple(found[first].tolist()), tuple(expected[first].tolist())),
+        largest=float(np.max(np.abs(found * units - simulated[: len(rows)]), initial=0.0)),
+    )
+
+
+def _by_c(made: Firmware, place: Path, rows: np.ndarray, compiler: str, name: str, real: Any) -> np.ndarray:
+    """(N, commands) of the C, compiled into a library that this process loads; `name` of its numbers and their type."""
     given = np.ascontiguousarray(rows, dtype=real)
-    answer = np.full((len(rows), len(made.commands)), math.nan, dtype=real)
-    run = library(place, made.name, _harness(made), compiler).ulna_replay
+    answer = np.zeros((len(rows), len(made.commands)), dtype=real)
+    run = library(place, made.name, _harness(made, name), compiler).ulna_replay
     run.argtypes, run.restype = [ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p], None
     run(len(rows), given.ctypes.data, answer.ctypes.data)
     return answer
 
 
-def _harness(made: Firmware) -> str:
+def _harness(made: Firmware, real: str) -> str:
     """A function that takes all samples at once."""
-    name, real = made.name, made.precision.value
+    name = made.name
     width, commands = len(made.inputs) + made.missed, len(made.commands)
     taken = "".join(f"        input.{port.name} = given[k * {width} + {j}];\n" for j, port in enumerate(made.inputs))
     taken += "        input.missed = 0;\n" if made.missed else ""

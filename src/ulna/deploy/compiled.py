@@ -42,6 +42,10 @@ class Compiled(AbstractProcessor):
         """The C as a step of the loop."""
         place = Path(self.folder)
         written = read_design(place)
+        if written.fixed is not None:
+            raise DeployError(
+                f"Compiled('{place}')", "it computes in fixed point.", "Compare it: ulna.deploy.compare(folder, loop)."
+            )
         made = firmware(loop, name=written.name, precision=written.precision)
         if made.fingerprint != written.design:
             raise DeployError(

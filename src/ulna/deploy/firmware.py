@@ -12,7 +12,7 @@ import numpy as np
 from ulna.deploy.errors import DeployError
 from ulna.deploy.names import c_name, c_names
 from ulna.loop import Amplifier, Hardware, Loop, fingerprint
-from ulna.program import Fused, Kernel, Plain, Precision, bound, restricted, to_numpy
+from ulna.program import Fused, Kernel, Plain, Precision, Unwritten, bound, restricted, to_numpy
 from ulna.system import Signal
 
 SHORTEST = 1e-7
@@ -157,6 +157,8 @@ def firmware(
 def in_precision(loop: Loop, precision: Precision) -> Loop:
     """The loop with a processor that computes in this precision."""
     if loop.hardware is None:
+        return loop
+    if isinstance(loop.hardware.arithmetic, Unwritten):
         return loop
     kind = Fused if loop.hardware.arithmetic.fuses else Plain
     hardware = replace(loop.hardware, arithmetic=kind(precision=precision))

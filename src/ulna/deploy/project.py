@@ -13,6 +13,8 @@ from pathlib import Path
 from ulna.deploy.c import c_files
 from ulna.deploy.errors import DeployError
 from ulna.deploy.firmware import Firmware, firmware
+from ulna.deploy.fixed_firmware import FixedFirmware, fixed_firmware
+from ulna.deploy.fixed_point import FixedPoint
 from ulna.deploy.rehearsal import rehearsal
 from ulna.deploy.target import TARGETS, Target
 from ulna.loop import Loop
@@ -28,19 +30,26 @@ class CProject:
 
     Attributes:
         folder: where it lies. firmware: what it computes. target: what it was written for.
-        files: paths in the folder.
+        files: paths in the folder. fixed: the step in integers, where it computes in these.
     """
 
     folder: Path
     firmware: Firmware
     target: Target
     files: tuple[str, ...]
+    fixed: FixedFirmware | None = None
+
+    @property
+    def operations(self) -> int:
+        """Of a call."""
+        return self.firmware.kernel.operation_count if self.fixed is None else len(self.fixed.program.instructions)
 
     def __repr__(self) -> str:
-        made = self.firmware
+        made, fixed = self.firmware, self.fixed
+        kind = made.precision.value if fixed is None else fixed.fixed.name
         return (
-            f"CProject '{made.name}' in {self.folder}: {made.kernel.operation_count} operations on "
-            f"{made.precision.value} every {made.hardware.period} s, design {made.fingerprint}"
+            f"CProject '{made.name}' in {self.folder}: {self.operations} operations on "
+            f"{kind} every {made.hardware.period} s, design {made.fingerprint}"
         )
 
 
@@ -51,6 +60,7 @@ def c_project(
     name: str = "",
     target: str | Target = "generic",
     precision: Precision | str | None = None,
+    arithmetic: FixedPoint | None = None,
     initial: Mapping[str, float] | None = None,
 ) -> CProject:
     """Write the processor's step of a loop as a C99 library with a self-test; the folder appears whole or not at all.
@@ -61,6 +71,7 @@ def c_project(
         name: of the library; that of the plant if left out.
         target: one of `TARGETS`, or its name.
         precision: "float" or "double"; what the target computes in hardware if left out.
+        arithmetic: `FixedPoint(...)` for integers instead.
         initial: SI values of the controller's states and of the driven inputs before the first sample, by name.
 
     Returns:
@@ -74,11 +85,14 @@ def c_project(
     kind = aim.precision if precision is None else Precision(precision)
     place = Path(folder)
     _check_free(place)
-    made = firmware(loop, name=name, precision=kind, initial=initial)
+    if arithmetic is not None and precision is not None:
+        raise DeployError(f"precision '{kind}' and FixedPoint(...)", "both say what numbers are.", "Leave one out.")
+    fixed = None if arithmetic is None else fixed_firmware(loop, arithmetic, name=name, initial=initial)
+    made = firmware(loop, name=name, precision=kind, initial=initial) if fixed is None else fixed.made
     rows = rehearsal(made, VECTORS)
-    texts = c_files(made, aim, (rows, made.run(rows)))
+    texts = c_files(made, aim, rows, fixed)
     _write(place, texts)
-    return CProject(folder=place, firmware=made, target=aim, files=tuple(texts))
+    return CProject(folder=place, firmware=made, target=aim, files=tuple(texts), fixed=fixed)
 
 
 def _target(asked: str | Target) -> Target:

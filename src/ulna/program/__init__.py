@@ -8,6 +8,7 @@ from ulna.program.branches import REST, Branch, Branched, branches_of, with_bran
 from ulna.program.costly import COSTLY, costly_first
 from ulna.program.edges import Edges, edges_of
 from ulna.program.factored import factored
+from ulna.program.fixed import Format, IntegerProgram, UnboundedError, format_of, to_fixed
 from ulna.program.flow_series import FlowSeries
 from ulna.program.hoist import HOISTED, Hoisted, hoist
 from ulna.program.identifiers import is_plain_name
@@ -19,7 +20,16 @@ from ulna.program.kernel import Kernel, check_names, restricted, without_inputs
 from ulna.program.linear_kernel import joined, solved
 from ulna.program.lowering.ball_series import lowest, to_ball_series
 from ulna.program.lowering.balls import BITS, balls_by_name, to_balls
-from ulna.program.lowering.c import C_FLAGS, c_header, c_literal, c_statements, to_c
+from ulna.program.lowering.c import (
+    C_FLAGS,
+    c_header,
+    c_literal,
+    c_statements,
+    integer_header,
+    integer_literal,
+    integer_statements,
+    to_c,
+)
 from ulna.program.lowering.javascript import to_javascript, to_javascript_in_place
 from ulna.program.lowering.numba import GPU_HEADER, HEADER, PYTHON, TEMPLATES, cache_folder, compiled, literal
 from ulna.program.lowering.numpy import to_numpy
@@ -51,10 +61,12 @@ __all__ = [
     "Branched",
     "Edges",
     "FlowSeries",
+    "Format",
     "Fused",
     "Hoisted",
     "ImplicitKernel",
     "InstructionList",
+    "IntegerProgram",
     "Kernel",
     "Moded",
     "Moving",
@@ -63,6 +75,7 @@ __all__ = [
     "Precision",
     "Scalar",
     "Terms",
+    "UnboundedError",
     "Unwritten",
     "add_up",
     "at_zero",
@@ -80,8 +93,12 @@ __all__ = [
     "edges_of",
     "explicit",
     "factored",
+    "format_of",
     "hoist",
     "in_arithmetic",
+    "integer_header",
+    "integer_literal",
+    "integer_statements",
     "is_plain_name",
     "joined",
     "kernel_from_casadi",
@@ -100,6 +117,7 @@ __all__ = [
     "to_ball_series",
     "to_balls",
     "to_c",
+    "to_fixed",
     "to_javascript",
     "to_javascript_in_place",
     "to_numpy",

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 from jinja2 import DictLoader, Environment, StrictUndefined
 
+from ulna.deploy.c.integers import fixed_words
 from ulna.deploy.firmware import Firmware, Port
+from ulna.deploy.fixed_firmware import FixedFirmware
 from ulna.deploy.target import Target
 from ulna.loop import Fault, Hold, Pwm, Reaction, SafeOutput
 from ulna.program import C_FLAGS, Operation, Precision, c_header, c_literal, c_statements
@@ -34,13 +36,17 @@ _TEMPLATES = {
 """Path in the project, and the template it is made from."""
 
 
-def c_files(made: Firmware, target: Target, vectors: tuple[np.ndarray, np.ndarray]) -> dict[str, str]:
+def c_files(made: Firmware, target: Target, rows: np.ndarray, fixed: FixedFirmware | None = None) -> dict[str, str]:
     """Path → text of every file of the project.
 
     Args:
-        made: what ships. target: for its flags. vectors: (N, inputs) of the self-test, and what they must give.
+        made: what ships. target: for its flags. rows: (N, inputs) of the self-test, SI. fixed: the same in integers.
     """
-    known = _words(made, target) | {"rows": _rows(made, vectors)}
+    known = _words(made, target)
+    if fixed is None:
+        known |= _number_words(made) | {"rows": _rows(made, (rows, made.run(rows)))}
+    else:
+        known |= fixed_words(fixed, rows)
     environment = _environment()
     texts = {
         path.format(name=made.name): environment.get_template(template).render(known)
@@ -51,6 +57,7 @@ def c_files(made: Firmware, target: Target, vectors: tuple[np.ndarray, np.ndarra
         "name": made.name,
         "design": made.fingerprint,
         "precision": made.precision.value,
+        "fixed": None if fixed is None else {"factor": fixed.fixed.factor, "ranges": dict(fixed.fixed.ranges)},
         "target": target.name,
         "files": {path: hashlib.sha256(text.encode()).hexdigest() for path, text in texts.items()},
     }
@@ -93,11 +100,7 @@ def cell(text: Any) -> str:
 
 def _words(made: Firmware, target: Target) -> dict[str, Any]:
     """What the templates know."""
-    hardware, real = made.hardware, made.precision.value
-    locals_, lines, results = _body(made)
-    by_slot = dict(zip(made.kernel.outputs, results, strict=True))
-    sensors = zip(made.loop.wiring.measured, made.loop.fit({}).sensors, strict=True)
-    steps = {signal.name: sensor.step for signal, sensor in sensors if sensor is not None}
+    hardware = made.hardware
     drives = dict(zip((p.signal.name for p in made.commands), made.loop.fit({}).drives, strict=True))
     supplies = {name: drive.supply for name, drive in drives.items() if isinstance(drive, Pwm)}
     ranges = list(zip(made.loop.wiring.references, made.loop.fit({}).ranges, strict=True))
@@ -115,10 +118,27 @@ def _words(made: Firmware, target: Target) -> dict[str, Any]:
         "plant": made.loop.plant.name,
         "fingerprint": made.fingerprint,
         "hardware": hardware,
-        "real": real,
         "inf": float("inf"),
-        "whole": "uint32_t" if made.precision is Precision.SINGLE else "uint64_t",
         "flags": " ".join(C_FLAGS),
+        "inputs": [(port, _limits(port)) for port in made.inputs],
+        "commands": [(port, _saturation(made, port)) for port in made.commands],
+        "supply": {port.name: supplies[port.signal.name] for port in made.commands if port.signal.name in supplies},
+        "delay_periods": hardware.delay / (hardware.period or 1.0),
+    }
+
+
+def _number_words(made: Firmware) -> dict[str, Any]:
+    """What the templates know of a step on floating-point numbers."""
+    locals_, lines, results = _body(made)
+    by_slot = dict(zip(made.kernel.outputs, results, strict=True))
+    sensors = zip(made.loop.wiring.measured, made.loop.fit({}).sensors, strict=True)
+    steps = {signal.name: sensor.step for signal, sensor in sensors if sensor is not None}
+    single = made.precision is Precision.SINGLE
+    return {
+        "fixed": None,
+        "unit": lambda _, unit: unit or "1",
+        "real": made.precision.value,
+        "whole": "uint32_t" if single else "uint64_t",
         "c_head": c_header(made.precision, flips=Operation.FLIP in made.kernel.operations),
         "locals": locals_,
         "lines": lines,
@@ -127,13 +147,9 @@ def _words(made: Firmware, target: Target) -> dict[str, Any]:
         "fault": by_slot["code"],
         "initial": [(name, c_literal(made.initial[slot], made.precision)) for slot, name in made.memory.items()],
         "literal": lambda value: c_literal(float(value), made.precision),
-        "inputs": [(port, _limits(port)) for port in made.inputs],
-        "commands": [(port, _saturation(made, port)) for port in made.commands],
         "per_count": {port.name: steps[port.signal.name] for port in made.inputs if port.signal.name in steps},
-        "supply": {port.name: supplies[port.signal.name] for port in made.commands if port.signal.name in supplies},
-        "delay_periods": hardware.delay / (hardware.period or 1.0),
         "operations": made.kernel.operation_count,
-        "bytes": len(made.memory) * (4 if made.precision is Precision.SINGLE else 8),
+        "bytes": len(made.memory) * (4 if single else 8),
     }
 
 

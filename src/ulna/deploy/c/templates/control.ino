@@ -21,9 +21,14 @@ static int32_t counts_of_{{ port }}()
 static void drive_{{ port.name }}({{ real }} value)
 {
 {% if port.name in supply %}
+{% if fixed %}
+    (void)value; /* an integer, V / 2^{{ points[port.name] }}: write its sign to the direction pin, and to the compare register
+                  * (int64_t)|value| * top / ((int64_t){{ "%g"|format(supply[port.name]) }} << {{ points[port.name] }}) */
+{% else %}
     {{ real }} duty = value / {{ name }}_{{ port.name }}_supply;
     duty = (duty > 1) ? 1 : ((duty < -1) ? -1 : duty);
     (void)duty; /* write the sign to the direction pin and |duty| to the compare register here */
+{% endif %}
 {% else %}
     (void)value; /* write it to the converter or the bridge here */
 {% endif %}
@@ -42,7 +47,7 @@ static void sample()
 {% if port.name in per_count %}
     input.{{ port.name }} = ({{ real }})counts_of_{{ port.name }}() * {{ name }}_{{ port.name }}_per_count;
 {% else %}
-    input.{{ port.name }} = 0; /* {{ port.signal.name|comment }} in {{ port.signal.unit|comment or "SI units" }} */
+    input.{{ port.name }} = 0; /* {{ port.signal.name|comment }} in {{ unit("input." ~ port.name, port.signal.unit)|comment }} */
 {% endif %}
 {% endfor %}
 {% if made.missed %}

@@ -12,13 +12,25 @@ extern "C" {
 
 /* Hash of plant, design and hardware. */
 extern const char {{ name }}_design[{{ fingerprint|length + 1 }}];
+{% if fixed %}
+/* Microseconds from one call of {{ name }}_step to the next. */
+extern const uint32_t {{ name }}_period_us;
+/* Binary points: an integer n stands for n / 2^point SI units. */
+enum
+{
+{% for port, point in points.items() %}
+    {{ name }}_{{ port }}_point = {{ point }}{{ "," if not loop.last }}
+{% endfor %}
+};
+{% else %}
 /* Seconds from one call of {{ name }}_step to the next. */
 extern const {{ real }} {{ name }}_period;
+{% endif %}
 {% for port in per_count %}
 /* SI units of {{ port }} for each count of its sensor. */
 extern const {{ real }} {{ name }}_{{ port }}_per_count;
 {% endfor %}
-{% for port in supply %}
+{% for port in supply if not fixed %}
 /* V of the bridge of {{ port }} at full duty. */
 extern const {{ real }} {{ name }}_{{ port }}_supply;
 {% endfor %}
@@ -34,11 +46,11 @@ typedef struct
 {% endif %}
 } {{ name }}_memory;
 
-/* Measured values and references, in SI units. */
+/* Measured values and references, {{ "as integers: see README.md" if fixed else "in SI units" }}. */
 typedef struct
 {
 {% for port, limits in inputs %}
-    {{ real }} {{ port.name }}; /* {{ port.signal.name|comment }} [{{ port.signal.unit|comment or "1" }}]{{ " " ~ port.signal.text|comment if port.signal.text else "" }} */
+    {{ real }} {{ port.name }}; /* {{ port.signal.name|comment }} [{{ unit("input." ~ port.name, port.signal.unit)|comment }}]{{ " " ~ port.signal.text|comment if port.signal.text else "" }} */
 {% endfor %}
 {% if made.missed %}
     int32_t missed; /* 1: there is no new sample; the memory stays and the command is held */
@@ -52,10 +64,10 @@ typedef struct
 typedef struct
 {
 {% for port, limits in commands %}
-    {{ real }} {{ port.name }}; /* {{ port.signal.name|comment }} [{{ port.signal.unit|comment or "1" }}]{{ " within " ~ limits if limits else "" }} */
+    {{ real }} {{ port.name }}; /* {{ port.signal.name|comment }} [{{ unit("output." ~ port.name, port.signal.unit)|comment }}]{{ " within " ~ limits if limits else "" }} */
 {% endfor %}
 {% for port in made.estimates %}
-    {{ real }} {{ port.name }}; /* {{ port.signal.name|comment }} [{{ port.signal.unit|comment or "1" }}] */
+    {{ real }} {{ port.name }}; /* {{ port.signal.name|comment }} [{{ unit("output." ~ port.name, port.signal.unit)|comment }}] */
 {% endfor %}
     int32_t fault; /* 0, or the sum of the bits of what is wrong at this sample, see README.md */
 } {{ name }}_output;

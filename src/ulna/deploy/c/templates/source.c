@@ -5,11 +5,15 @@
 
 {{ c_head }}
 const char {{ name }}_design[{{ fingerprint|length + 1 }}] = "{{ fingerprint }}";
+{% if fixed %}
+const uint32_t {{ name }}_period_us = {{ (hardware.period * 1e6)|round|int }}U;
+{% else %}
 const {{ real }} {{ name }}_period = {{ literal(hardware.period) }};
+{% endif %}
 {% for port, step in per_count.items() %}
 const {{ real }} {{ name }}_{{ port }}_per_count = {{ literal(step) }};
 {% endfor %}
-{% for port, volts in supply.items() %}
+{% for port, volts in supply.items() if not fixed %}
 const {{ real }} {{ name }}_{{ port }}_supply = {{ literal(volts) }};
 {% endfor %}
 

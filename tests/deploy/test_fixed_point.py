@@ -1,0 +1,107 @@
+"""Fixed point: the C gives the integers that Python gives, near the step in double precision, and refuses in words."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from compilers import GCC
+from firmware_loops import arm_loops, catalogue_loop
+
+from ulna.deploy import DeployError, FixedPoint, c_project, compare, fixed_firmware, verify
+from ulna.program import Assembly, Operation, UnboundedError, format_of, to_fixed, to_python
+
+FLAGS = [
+    *("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wundef", "-Wmissing-prototypes"),
+    *("-Wstrict-prototypes", "-Werror", "-O1", "-fsanitize=undefined", "-fno-sanitize-recover"),
+]
+needs_gcc = pytest.mark.skipif(GCC is None, reason="there is no gcc")
+
+
+@pytest.mark.parametrize(("factor", "part"), [(32, 2e-7), (16, 2e-3)])
+def test_functions_stay_near_those_of_double_precision(factor: int, part: float) -> None:
+    w = Assembly("functions")
+    x, y = w.input("x"), w.input("y")
+    names = {"sin": x, "cos": x, "tanh": x, "atan": x, "exp": y, "log": y + 1.5, "sqrt": abs(x)}
+    outputs = {name: a.apply(Operation(name)) for name, a in names.items()}
+    outputs |= {"quotient": x / (2.0 + y), "least": x.at_most(0.5).where(x, 0.5), "product": x * y + 0.001 * x}
+    kernel = w.finished(outputs)
+    program = to_fixed(kernel, {"x": format_of(-8, 8), "y": format_of(-1, 1)}, {}, factor=factor)
+    exact, random = to_python(kernel), np.random.default_rng(1)
+    for _ in range(500):
+        point = {"x": random.uniform(-8, 8), "y": random.uniform(-1, 1)}
+        given = [form.integer(point[name]) for name, form in program.inputs.items()]
+        expected = exact(*(form.number(n) for n, form in zip(given, program.inputs.values(), strict=True)))
+        for (name, form), n, wanted in zip(program.outputs.items(), program.run(given), expected, strict=True):
+            assert form.lower <= form.number(n) <= form.upper, name
+            assert form.number(n) == pytest.approx(wanted, abs=part * max(1.0, form.upper)), name
+
+
+def test_what_has_no_bounds_is_named_with_its_interval() -> None:
+    for formula, text in (
+        (lambda x: 1.0 / x, r"\(1/x\) in fixed point: .*\[-1, 1\].*it lies in \[-inf, inf\]"),
+        (lambda x: x.apply(Operation.LOG), r"log\(x\) in fixed point"),
+        (lambda x: (2.0 * x).apply(Operation.TAN), "it has a pole there"),
+    ):
+        w = Assembly("k")
+        kernel = w.finished({"a": formula(w.input("x"))})
+        with pytest.raises(UnboundedError, match=text):
+            to_fixed(kernel, {"x": format_of(-1, 1)}, {}, factor=32)
+
+
+@needs_gcc
+@pytest.mark.parametrize("factor", [32, 16])
+@pytest.mark.parametrize("name", ["paper", "watched", "PID"])
+def test_the_self_test_passes_and_no_operation_overflows(name: str, factor: int, tmp_path: Path) -> None:
+    c_project(arm_loops()[name], tmp_path / "c", arithmetic=FixedPoint(factor=factor))
+    sources = [str(path) for path in sorted((tmp_path / "c").glob("*.c"))]
+    built = subprocess.run(
+        [str(GCC), *FLAGS, *sources, "-o", str(tmp_path / "t")], capture_output=True, text=True, check=False
+    )
+    assert built.returncode == 0, built.stderr
+    done = subprocess.run([str(tmp_path / "t")], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout
+    text = (tmp_path / "c" / f"{next((tmp_path / 'c').glob('*.h')).stem}.c").read_text()
+    assert "double" not in text
+    assert "float" not in text
+
+
+@needs_gcc
+def test_ten_thousand_samples_are_bit_equal_and_near_the_simulation(tmp_path: Path) -> None:
+    loop = arm_loops()["paper"]
+    ranges = {"y": (-3.0, 3.0), "theta_hat": (-3.0, 3.0), "omega_hat": (-20.0, 20.0), "i_hat": (-100.0, 100.0)}
+    c_project(loop, tmp_path / "c", arithmetic=FixedPoint(ranges=ranges))
+    found = compare(tmp_path / "c", loop, samples=10_000, initial={"theta": 1.0})
+    assert found.equal
+    assert found.samples == 10_000
+    assert 0.0 < found.largest < 1e-4
+    assert verify(tmp_path / "c", loop).holds
+    source = next(path for path in (tmp_path / "c").glob("*.c") if path.name != "self_test.c")
+    source.write_text(source.read_text().replace("value + (INT64_C(1) << (by - 1))", "value"))
+    assert not compare(tmp_path / "c", loop, samples=100, initial={"theta": 1.0}).equal
+
+
+def test_ranges_and_differences_stand_in_the_readme(tmp_path: Path) -> None:
+    made = c_project(arm_loops()["paper"], tmp_path / "c", arithmetic=FixedPoint(ranges={"omega_hat": (-9, 9)}))
+    assert made.fixed is not None
+    assert made.fixed.difference["u"] < 1e-5
+    text = (tmp_path / "c" / "README.md").read_text()
+    for line in ("| omega_hat | -9 | 9 | stated |", "| u | -24 | 24 | its saturation |", "not a bound for others"):
+        assert line in text
+
+
+def test_mistakes_are_one_clear_line(tmp_path: Path) -> None:
+    loop = arm_loops()["paper"]
+    with pytest.raises(DeployError, match="32 or 16 bits"):
+        FixedPoint(factor=8)
+    with pytest.raises(DeployError, match="1 to -1 is none"):
+        FixedPoint(ranges={"y": (1.0, -1.0)})
+    with pytest.raises(DeployError, match="the range of 'alpha': the controller has no signal of this name"):
+        fixed_firmware(loop, FixedPoint(ranges={"alpha": (0.0, 1.0)}))
+    with pytest.raises(UnboundedError, match="in fixed point"):
+        fixed_firmware(catalogue_loop("tank_cascade"), FixedPoint(ranges={"h1": (-1.0, 1.0)}))
+    with pytest.raises(DeployError, match="both say what numbers are"):
+        c_project(loop, tmp_path / "c", precision="float", arithmetic=FixedPoint())
+    assert not list(tmp_path.iterdir())
