@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ulna.base import SimulationError, UlnaError
+from ulna.base import SimulationError, UlnaError, UlnaWarning
 from ulna.design import SetPoint, close_loop, controller_for
 from ulna.plants import model
 from ulna.plot import plot_trajectories, plot_trajectory
@@ -58,3 +58,9 @@ def test_what_a_processor_holds_is_drawn_as_steps_with_every_value() -> None:
     assert np.asarray(line.get_xdata()).tolist() == [0.0, 0.1, 0.3, 0.5]
     assert np.asarray(line.get_ydata()).tolist() == [1.0, -1.0, 2.0, 2.0]
     assert plot_trajectory(run, ["theta"]).axes[0].get_lines()[0].get_drawstyle() == "default"
+
+
+def test_a_run_of_two_instants_says_that_the_line_between_them_is_no_motion() -> None:
+    run = simulate(model("duffing"), (1.0, 0.0), 5.0)
+    with pytest.warns(UlnaWarning, match="keeps its start and its end only"):
+        plot_trajectory(run)

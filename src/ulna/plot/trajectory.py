@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from ulna.base import UlnaError
+from ulna.base import UlnaError, UlnaWarning
 from ulna.plot.curves import Curve, Panel, plot_panels
 from ulna.sim import Held, Trajectory
 from ulna.system import Signal
@@ -55,6 +56,13 @@ def plot_trajectories(
     if not runs:
         raise UlnaError("a figure of trajectories", "there is no run to draw.")
     first = next(iter(runs.values()))
+    if any(len(run.times) == 2 for run in runs.values()):
+        warnings.warn(
+            "the run keeps its start and its end only, and between them a straight line is drawn. Give the instants to "
+            "be kept: simulate(loop, initial, np.linspace(0, 5, 501)).",
+            UlnaWarning,
+            stacklevel=2,
+        )
     names = tuple(signals) or _all_signals(first)
     panels = [
         Panel(
