@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ulna.cli.asked_identifiability import identifiability_answers
 from ulna.cli.asked_plant import plant_of, ranges_of
 from ulna.cli.completion import complete_question
 from ulna.cli.layout import broken, columns, numbered, say, shown, write_rows
 from ulna.cli.next_step import next_step
 from ulna.cli.option_groups import with_groups
-from ulna.cli.options import AsJson, Exact, PlantOptions, Seconds, Substitute
+from ulna.cli.options import AsJson, Exact, PlantOptions, Seconds, Substitute, Unknown
 from ulna.cli.patience import take_time
 from ulna.cli.supervisor import finished, keep
 from ulna.cli.terminal import print_json, progress
@@ -49,6 +50,7 @@ def analyse(
             help="Look for rest points with the state in this range: 'x=-5:5'. Left out: the plant file's. Repeatable.",
         ),
     ] = None,
+    identify: Unknown = "",
     evidence: Annotated[
         bool, typer.Option("--evidence", help="Show what stands behind every answer, with --json too.")
     ] = False,
@@ -66,6 +68,7 @@ def analyse(
         ulna analyse one_link_arm
         ulna analyse plant.toml --question involutive --evidence
         ulna analyse duffing --question rest_points --within "x=-5:5"
+        ulna analyse one_link_arm --identify "m2, Ra"
         ulna analyse cart_pole --json
     """
     share = take_time(seconds)
@@ -88,14 +91,16 @@ def analyse(
         return {key: rows[key][1] for key in answers}
 
     def found(answers: Mapping[str, Answer]) -> None:
-        keep(_show_rows, shown_rows(answers), as_json)
+        keep(_show_rows, shown_rows({**answers, **asked}), as_json)
 
+    with progress(f"what the outputs of '{system.name}' tell"):
+        asked = identifiability_answers(system, identify, as_json=as_json)
     with progress(f"analysing '{system.name}'"):
         analysis = analyse_system(system, questions=question or None, within=ranges, **share, told=found)
     finished()
     if not as_json:
         _begin(analysis, plant.name, whole=not question)
-    _show_rows(shown_rows(analysis.answers), as_json)
+    _show_rows(shown_rows({**analysis.answers, **asked}), as_json)
 
 
 def _begin(analysis: Analysis, name: str, *, whole: bool) -> None:

@@ -40,6 +40,16 @@ Seconds = Annotated[
     ),
 ]
 
+Unknown = Annotated[
+    str,
+    typer.Option(
+        "--identify",
+        metavar="NAMES",
+        help="Also answer whether these parameters can be known from records of the measured outputs: 'm2, Ra'.",
+        show_default=False,
+    ),
+]
+
 
 class Discretisation(StrEnum):
     """How the controller's differential equations are stepped."""

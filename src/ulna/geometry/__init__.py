@@ -17,6 +17,7 @@ from ulna.geometry.distributions import (
     involutive,
     involutive_closure,
 )
+from ulna.geometry.flow_series import FlowAtPoint
 from ulna.geometry.integrate_form import Potential, exact_potential, integrate
 from ulna.geometry.leaves import FirstIntegrals, first_integrals
 from ulna.geometry.lie import (
@@ -39,6 +40,7 @@ __all__ = [
     "Diffeomorphism",
     "Distribution",
     "FirstIntegrals",
+    "FlowAtPoint",
     "NumericRank",
     "NumericStructure",
     "Observability",

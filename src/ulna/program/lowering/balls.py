@@ -42,7 +42,7 @@ def to_balls(kernel: Kernel) -> Callable[..., tuple[arb, ...]]:
 def evaluator(kernel: Kernel, functions: Mapping[Operation, Callable[..., Any]]) -> Callable[..., tuple[Any, ...]]:
     """The kernel on values of any kind that the functions know, constants as balls."""
     first = len(kernel.inputs)
-    constants: dict[int, arb] = {}
+    constants: dict[int, arb | fmpq] = {}
     steps: list[tuple[int, Callable[..., Any], tuple[int, ...]]] = []
     for index, instruction in enumerate(kernel.instructions, start=first):
         if instruction.operation is Operation.CONSTANT:
@@ -57,7 +57,8 @@ def evaluator(kernel: Kernel, functions: Mapping[Operation, Callable[..., Any]])
             )
 
     def evaluate(*inputs: Any) -> tuple[Any, ...]:
-        values: dict[int, Any] = {**dict(enumerate(inputs)), **constants}
+        # A fraction becomes a ball here, not before: the working precision is that of the moment.
+        values: dict[int, Any] = {**dict(enumerate(inputs)), **{k: arb(value) for k, value in constants.items()}}
         for index, function, operands in steps:
             values[index] = function(*[values[k] for k in operands])
         return tuple(values[k] for k in kernel.results)
@@ -76,8 +77,8 @@ def balls_by_name(kernel: Kernel) -> Callable[[Mapping[str, arb]], dict[str, arb
     return at
 
 
-def _enclosure(value: float) -> arb:
-    """The short fraction that rounds to the double, or every number that does."""
+def _enclosure(value: float) -> arb | fmpq:
+    """The short fraction that rounds to the double, or a ball of every number that does."""
     if not math.isfinite(value):
         return _NAN
     if (math.frexp(value)[0] * _SHORT).is_integer() or (value.is_integer() and abs(value) < 2.0**53):
@@ -86,7 +87,7 @@ def _enclosure(value: float) -> arb:
         if above * below > _SIMPLE:
             break
         if above / below == abs(value):
-            return arb(fmpq(above if value > 0 else -above, below))
+            return fmpq(above if value > 0 else -above, below)
     return arb(value, abs(value) * 2.0**-52)
 
 
