@@ -152,7 +152,9 @@ def test_discrete_plants_are_refused() -> None:
 
 
 def test_the_command_answers_beside_the_analysis() -> None:
-    run = CliRunner().invoke(app, ["analyse", "mass_spring_damper", "--question", "observability_rank", "--identify", "m, d", "--json"])
+    run = CliRunner().invoke(
+        app, ["analyse", "mass_spring_damper", "--question", "observability_rank", "--identify", "m, d", "--json"]
+    )
     assert run.exit_code == 0, run.output
     found = json.loads(run.stdout)["identifiability"]
     assert found["verdict"] == "proved"
@@ -161,7 +163,9 @@ def test_the_command_answers_beside_the_analysis() -> None:
 
 
 def test_the_command_shows_a_row_for_each_parameter_and_combination() -> None:
-    run = CliRunner().invoke(app, ["analyse", "lotka_volterra", "--question", "observability_rank", "--identify", "a,b"])
+    run = CliRunner().invoke(
+        app, ["analyse", "lotka_volterra", "--question", "observability_rank", "--identify", "a,b"]
+    )
     assert run.exit_code == 0, run.output
     assert "b from y" in run.stdout
 
