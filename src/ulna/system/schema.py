@@ -20,7 +20,16 @@ from ulna.system.picture import picture_of, picture_to_mapping
 from ulna.system.signal import Definition, Parameter, Signal
 from ulna.system.system import System
 
-_SECTIONS = ("parameters", "definitions", "states", "inputs", "outputs", "operating_point", "picture")
+_SECTIONS = (
+    "parameters",
+    "correlation",
+    "definitions",
+    "states",
+    "inputs",
+    "outputs",
+    "operating_point",
+    "picture",
+)
 _TOP = (
     "format",
     "name",
@@ -37,7 +46,7 @@ _USES = ("measured", "controlled")
 """What an output is for: true where left out."""
 _SIGNAL_KEYS = {"unit", "text", "range"}
 _KEYS: Mapping[str, set[str]] = {
-    "parameters": _SIGNAL_KEYS | {"value", "source"},
+    "parameters": _SIGNAL_KEYS | {"value", "source", "std"},
     "states": _SIGNAL_KEYS | {"equation"},
     "definitions": {"zero", "unit"},
     "inputs": _SIGNAL_KEYS,
@@ -70,6 +79,7 @@ def system_from_mapping(data: Mapping[str, Any], *, where: str = "plant") -> Sys
         outputs=outputs,
         readouts=_equations(data, "outputs", names, where),
         parameters=parameters,
+        correlations=_correlations(data, where),
         definitions=definitions,
         operating_point=tuple(
             (name, _number(value, f"operating point of '{name}' in {where}"))
@@ -92,9 +102,12 @@ def system_to_mapping(system: SystemLike) -> dict[str, Any]:
     data |= {} if _dimensions_fit(system) else {"dimensions": "unchecked"}
     sections: dict[str, dict[str, Any]] = {
         "parameters": {
-            p.name: _entry(p) | ({"value": _text(p.value)} if p.value is not None else {}) | _some(source=p.source)
+            p.name: _entry(p)
+            | {key: _text(value) for key, value in (("value", p.value), ("std", p.std)) if value is not None}
+            | _some(source=p.source)
             for p in system.parameters
         },
+        "correlation": _correlation_rows(system),
         "definitions": {
             d.name: {"zero": formula(d.expression)} | _some(unit=d.unit) if d.implicit else formula(d.expression)
             for d in system.definitions
@@ -203,15 +216,50 @@ def _parameter(name: str, entry: Any, where: str) -> Parameter:
     if value is not None and ((lower is not None and value < lower) or (upper is not None and value > upper)):
         raise PlantError(asked, f"its value {value} lies outside its range [{lower}, {upper}].")
     text = _unit(row, asked)
+    std = _number(row["std"], f"std of {asked}") if "std" in row else None
+    if std is not None and not (std > 0 and value is not None):
+        hint = "Give the standard deviation of the value, in its unit: std = 0.02."
+        raise PlantError(asked, f"std = {std} {'is not positive' if value is not None else 'without a value'}.", hint)
     return Parameter(
         name=name,
         value=value,
+        std=std,
         unit=text,
         text=_words(row, "text", asked),
         lower=lower,
         upper=upper,
         source=_words(row, "source", asked),
     )
+
+
+def _correlations(data: Mapping[str, Any], where: str) -> tuple[tuple[str, str, sp.Expr], ...]:
+    """Pairs of parameters with the correlation of their values, each pair once."""
+    rows: dict[tuple[str, str], sp.Expr] = {}
+    uncertain = [n for n, each in data.get("parameters", {}).items() if isinstance(each, Mapping) and "std" in each]
+    for first, entries in data.get("correlation", {}).items():
+        asked = f"[correlation] of '{first}' in {where}"
+        if not isinstance(entries, Mapping):
+            raise PlantError(asked, f"expected a table, found {_shown(entries)}.", "Write m2 = { Ra = 0.3 }, say.")
+        for second, value in entries.items():
+            for name in (first, second):
+                if name not in uncertain:
+                    known = ", ".join(uncertain) or "none"
+                    raise PlantError(asked, f"'{name}' is no parameter with a std.", f"Parameters with one: {known}.")
+            number = _number(value, f"{asked} with '{second}'")
+            if first == second or not -1 <= number <= 1 or (first, second) in rows or (second, first) in rows:
+                found = f"{_shown(value)} with '{second}': a pair stands once, its correlation lies between -1 and 1."
+                raise PlantError(asked, found)
+            rows[first, second] = number
+    return tuple((first, second, number) for (first, second), number in rows.items())
+
+
+def _correlation_rows(system: System) -> dict[str, dict[str, Any]]:
+    uncertain = {p.name for p in system.parameters if p.std is not None}
+    rows: dict[str, dict[str, Any]] = {}
+    for first, second, number in system.correlations:
+        if {first, second} <= uncertain:
+            rows.setdefault(first, {})[second] = _text(number)
+    return rows
 
 
 def _range(row: Mapping[str, Any], asked: str) -> tuple[sp.Expr | None, sp.Expr | None]:
@@ -318,7 +366,9 @@ def _some(**fields: str) -> dict[str, str]:
 
 
 def _text(value: sp.Expr | None) -> Any:
-    """A number as an integer where it is one, else as exact text."""
+    """A number as an integer or a decimal where it is one, else as exact text."""
     if value is None:
         return ""
-    return int(value) if value.is_Integer else formula(value)
+    if value.is_Integer:
+        return int(value)
+    return float(value) if value.is_Rational and exact(float(value)) == value else formula(value)

@@ -49,6 +49,7 @@ class Parameter:
         value: exact number in `unit`, or None.
         lower, upper: bounds in `unit`.
         source: where the number comes from.
+        std: standard deviation of the value in `unit`, None where it is not told.
     """
 
     name: str
@@ -58,6 +59,7 @@ class Parameter:
     lower: sp.Expr | None = None
     upper: sp.Expr | None = None
     source: str = ""
+    std: sp.Expr | None = None
 
     @property
     def symbol(self) -> sp.Symbol:
@@ -68,6 +70,11 @@ class Parameter:
     def si_value(self) -> sp.Expr | None:
         """The exact value in SI."""
         return None if self.value is None else to_si(self.value, self.unit)
+
+    @property
+    def si_std(self) -> sp.Expr | None:
+        """The exact standard deviation in SI."""
+        return None if self.std is None else to_si(self.std, self.unit)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

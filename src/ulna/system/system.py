@@ -32,6 +32,7 @@ class System:
             them in.
         operating_point: exact SI values given for some states and inputs; `equilibrium.operating_point` completes it.
         period: None in continuous time; else s, exact, from one value of the states to the next.
+        correlations: (parameter, parameter, number) of values that are uncertain together.
         text: a line on what the system is; source: where it comes from.
         picture: how it is drawn; None where nothing is said.
 
@@ -49,6 +50,7 @@ class System:
     definitions: tuple[Definition, ...] = ()
     operating_point: tuple[tuple[str, sp.Expr], ...] = ()
     period: sp.Expr | None = None
+    correlations: tuple[tuple[str, str, sp.Expr], ...] = ()
     text: str = ""
     source: str = ""
     picture: Picture | None = None
@@ -157,13 +159,13 @@ class System:
         )
 
     def with_parameters(self, values: Mapping[str, Any]) -> System:
-        """The same system, its parameters kept symbolic but holding other SI values."""
+        """The same system, its parameters kept symbolic but holding other SI values, whose uncertainty is not told."""
         for name in values:
             self._parameter(name)
         return replace(
             self,
             parameters=tuple(
-                replace(p, value=from_si(exact(values[p.name]), p.unit)) if p.name in values else p
+                replace(p, value=from_si(exact(values[p.name]), p.unit), std=None) if p.name in values else p
                 for p in self.parameters
             ),
         )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ulna.studies.prosthesis.emg_sheet import Sheet
+from ulna.identification import Sheet
 from ulna.studies.prosthesis.emg_signal import RecordingError
 
 PLAUSIBLE = (10.0, 20_000.0)

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from ulna.base import printable
+from ulna.identification import read_sheet
 from ulna.studies.prosthesis.emg_channels import Channels, chosen_channels
 from ulna.studies.prosthesis.emg_clock import read_clock
 from ulna.studies.prosthesis.emg_formats import read_format
 from ulna.studies.prosthesis.emg_kind import is_rectified
-from ulna.studies.prosthesis.emg_sheet import read_sheet
 from ulna.studies.prosthesis.emg_signal import BAND, Recording, RecordingError, band_of
 
 BRIDGED = 0.1
@@ -101,7 +101,7 @@ def write_recording(recording: Recording, path: str | Path) -> Path:
 
 
 def _from_text(source: Path, rate: float | None) -> Channels:
-    sheet = read_sheet(source)
+    sheet = read_sheet(source, called="the recording", error=RecordingError)
     if len(sheet.lines) < 3:
         raise RecordingError(
             f"the recording '{source}'", f"it holds {len(sheet.lines)} samples.", "Record some seconds."

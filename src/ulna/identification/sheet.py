@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ulna.base import printable
-from ulna.studies.prosthesis.emg_signal import RecordingError
+from ulna.base import UlnaError, UnitError, printable, unit
+from ulna.identification.errors import IdentificationError
 
 LARGEST = 500_000_000
 """Bytes that a file may have: an hour of two muscles at 2 kHz has half as many."""
@@ -41,6 +41,7 @@ class Sheet:
         source: the file. titles: the text above the numbers.
         numbers: of the columns in the file, from 1 on. names: "" where there is none.
         units: "s", "ms", "us", "min", "V", "mV", "uV" or "".
+        written: the text that stands for a unit in the titles, or "".
         values: (N, C); NaN where nothing stands. lines: (N,) numbers of the lines in the file.
         places: (C,) the last decimal place written in a column, as a number: 0.001.
         layout: what the lines look like, where it is not numbers with commas between them.
@@ -51,18 +52,33 @@ class Sheet:
     numbers: tuple[int, ...]
     names: tuple[str, ...]
     units: tuple[str, ...]
+    written: tuple[str, ...]
     values: np.ndarray
     lines: np.ndarray
     places: np.ndarray
     layout: tuple[str, ...]
 
 
-def read_sheet(source: Path) -> Sheet:
+def read_sheet(source: Path, *, called: str = "the record", error: type[UlnaError] = IdentificationError) -> Sheet:
     """The table in a text file.
 
+    Args:
+        source: the file. called, error: what messages call it and are raised as.
+
     Raises:
-        RecordingError: a file that cannot be read, is no text or too large, or a line that does not fit the others.
+        UlnaError: a file that cannot be read, is no text or too large, or a line that does not fit the others.
     """
+    try:
+        return _sheet(source)
+    except _UnfitError as found:
+        raise error(f"{called} '{source}'", *found.args) from found.__cause__
+
+
+class _UnfitError(Exception):
+    """What was found, and what to try."""
+
+
+def _sheet(source: Path) -> Sheet:
     texts = re.split("\r\n|\r|\n", _text(source))
     kept = [(k, each) for k, each in enumerate(texts, start=1) if each.strip()]
     bare = [(k, each) for k, each in kept if not each.lstrip().startswith(_COMMENT)]
@@ -71,18 +87,17 @@ def read_sheet(source: Path) -> Sheet:
     width, first = _beginning(rows, comma)
     above = [(k, each) for k, each in kept if not rows or first >= len(rows) or k < rows[first][0]]
     if first >= len(rows):
-        raise RecordingError(
-            f"the recording '{source}'",
+        raise _UnfitError(
             "it holds 0 samples.",
-            "A line holds the time and one value for each muscle; titles may stand above.",
+            "A line holds the time and one value for each channel; titles may stand above.",
         )
     spare = all(not cells[-1] for _, cells in rows[first:])
-    names, units = _heads([each for _, each in above], delimiter, width, spare=spare)
+    names, units, written = _heads([each for _, each in above], delimiter, width, spare=spare)
     data, layout = rows[first:], [words] if words else []
     if len(data) > 3 and len(data[-1][1]) < width:
         data = data[:-1]
         layout.append("an unfinished last line left out")
-    values, places = _numbers(source, data, names, comma)
+    values, places = _numbers(data, names, comma)
     if comma:
         layout.insert(1, "decimal commas")
     some = np.atleast_1d(np.isfinite(values).any(axis=0))
@@ -92,6 +107,7 @@ def read_sheet(source: Path) -> Sheet:
         numbers=tuple(j + 1 for j, keep in enumerate(some) if keep),
         names=tuple(name for name, keep in zip(names, some, strict=True) if keep),
         units=tuple(name for name, keep in zip(units, some, strict=True) if keep),
+        written=tuple(name for name, keep in zip(written, some, strict=True) if keep),
         values=values[:, some],
         lines=np.array([k for k, _ in data]),
         places=places[some],
@@ -103,12 +119,12 @@ def _text(source: Path) -> str:
     """UTF-8, UTF-16 with its mark (spreadsheets), or Latin letters of one byte (older devices)."""
     try:
         if source.exists() and not source.is_file():
-            raise RecordingError(f"the recording '{source}'", "it cannot be read: it is not a plain file.")
+            raise _UnfitError("it cannot be read: it is not a plain file.")
         if source.stat().st_size > LARGEST:
-            raise RecordingError(f"the recording '{source}'", f"it has more than {LARGEST // 1_000_000} MB.", "Cut it.")
+            raise _UnfitError(f"it has more than {LARGEST // 1_000_000} MB.", "Cut it.")
         data = source.read_bytes()
     except OSError as error:
-        raise RecordingError(f"the recording '{source}'", f"it cannot be read: {error.strerror}.") from error
+        raise _UnfitError(f"it cannot be read: {error.strerror}.") from error
     wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
     for encoding in ("utf-16",) if wide else ("utf-8-sig", "cp1252"):
         try:
@@ -117,10 +133,9 @@ def _text(source: Path) -> str:
             continue
         if not re.search("[\x00-\x08\x0e-\x1f\x7f]", text):
             return text
-    raise RecordingError(
-        f"the recording '{source}'",
+    raise _UnfitError(
         "it cannot be read: it is not a text.",
-        "Export it as CSV, or give an EDF, BDF or XDF file.",
+        "Export it as CSV.",
     )
 
 
@@ -201,12 +216,12 @@ def _beginning(rows: list[tuple[int, list[str]]], comma: bool) -> tuple[int, int
     return width, len(rows)
 
 
-def _heads(above: list[str], delimiter: str, width: int, *, spare: bool) -> tuple[list[str], list[str]]:
-    """Names and units of the columns: the last line above the numbers that has as many, units apart or in brackets.
+def _heads(above: list[str], delimiter: str, width: int, *, spare: bool) -> tuple[list[str], list[str], list[str]]:
+    """Names, units and their texts of the columns: of the last line above that has as many, units apart or in brackets.
 
     One title fewer is that of a last column that is empty (`spare`), or of a first one of row numbers.
     """
-    names, units = [""] * width, [""] * width
+    names, units, written = [""] * width, [""] * width, [""] * width
     for text in reversed(above):
         line = text.strip().lstrip("#%/ ") if text.lstrip().startswith(_COMMENT) else text
         cells = _title_cells(line, delimiter)
@@ -222,15 +237,28 @@ def _heads(above: list[str], delimiter: str, width: int, *, spare: bool) -> tupl
         if len(cells) != width or not any(cells):
             continue
         bare = [each.strip("[]()").lower() for each in cells]
-        if all(each in _UNITS or each in _OTHER_UNITS for each in bare):
-            units = [_UNITS.get(each, "") for each in bare]
+        texts = [each.strip("[]()") for each in cells]
+        if all(each in _UNITS or each in _OTHER_UNITS for each in bare) or (len(above) > 1 and _units(texts)):
+            units, written = [_UNITS.get(each, "") for each in bare], texts
         elif not any(re.fullmatch(r"[-+]?[\d.,]+\s*\w{0,3}", each) for each in cells):
             names = [printable(_bare_name(each))[:60] for each in cells]
             inside = [re.search(r"[\[(_ ,]\s*([^\[\]()_ ,]+)\s*[\])]?\s*$", each) for each in cells]
             own = [_UNITS.get(match[1].lower(), "") if match else "" for match in inside]
             units = [a or b for a, b in zip(units, own, strict=True)]
+            told = [re.search(r"\[([^\[\]]*)\]\s*$|\((.*)\)\s*$", each) for each in cells]
+            written = [
+                a or (b[1] or b[2] or "" if b else "") or c for a, b, c in zip(written, told, units, strict=True)
+            ]
             break
-    return names, units
+    return names, units, written
+
+
+def _units(texts: list[str]) -> bool:
+    """Whether all of them are units, as in a line of its own under the titles."""
+    try:
+        return bool([unit(each) for each in texts])
+    except UnitError:
+        return False
 
 
 def _title_cells(line: str, delimiter: str) -> list[str]:
@@ -250,16 +278,13 @@ def _bare_name(cell: str) -> str:
     return name.strip() if unit.strip().lower() in _UNITS and name else bare
 
 
-def _numbers(
-    source: Path, data: list[tuple[int, list[str]]], names: list[str], comma: bool
-) -> tuple[np.ndarray, np.ndarray]:
+def _numbers(data: list[tuple[int, list[str]]], names: list[str], comma: bool) -> tuple[np.ndarray, np.ndarray]:
     width = len(names)
     values = np.full((len(data), width), np.nan)
     text_columns = _text_columns(data, width, comma)
     for row, (line, cells) in enumerate(data):
         if len(cells) != width:
-            raise RecordingError(
-                f"the recording '{source}'",
+            raise _UnfitError(
                 f"line {line} has {len(cells)} columns, the others have {width}.",
                 "Mend or delete that line.",
             )
@@ -268,8 +293,7 @@ def _numbers(
                 continue
             value = number(cell, comma)
             if value is None:
-                raise RecordingError(
-                    f"the recording '{source}'",
+                raise _UnfitError(
                     f"line {line}, column {column + 1}{f' ({names[column]})' if names[column] else ''}: "
                     f"'{cell[:40]}' is not a number that can be used.",
                     "Mend or delete that line, or leave the cell empty where a sample was lost.",

@@ -1,0 +1,217 @@
+"""The least-squares search: Gauss-Newton steps in a region of trust, by exact slopes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ulna.identification.errors import IdentificationError
+from ulna.identification.problem import Problem, Rows
+from ulna.identification.start import GlobalStart, first_unknowns, tries
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Robust:
+    """Count large residuals less: beyond so many standard deviations of the noise their cost grows only linearly.
+
+    Raises:
+        IdentificationError: a number that is not positive.
+    """
+
+    sigmas: float = 2.0
+
+    def __post_init__(self) -> None:
+        if not self.sigmas > 0.0:
+            raise IdentificationError(f"Robust(sigmas={self.sigmas})", "it is not positive.", "2 is usual.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MultipleShooting:
+    """Cut each run into segments that begin at states of their own and are tied end to end.
+
+    For unstable plants, whose motion over the whole record says nothing of where it began.
+
+    Raises:
+        IdentificationError: fewer than two segments.
+    """
+
+    segments: int = 20
+
+    def __post_init__(self) -> None:
+        if self.segments < 2:
+            raise IdentificationError(f"MultipleShooting(segments={self.segments})", "two at least are due.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Solution:
+    """Where a search ended.
+
+    Attributes:
+        unknowns: (Q,). rows: there. weights: (R,) by which rows counted, 1 but for a robust loss.
+        converged: whether it stopped because nothing improves. stopped: what stopped it, in words.
+        evaluations: of the model. held: (Q,) whether an unknown stands at its bound. cost: half the sum of squares.
+    """
+
+    unknowns: np.ndarray
+    rows: Rows
+    weights: np.ndarray
+    converged: bool
+    stopped: str
+    evaluations: int
+    held: np.ndarray
+
+    cost: float
+
+
+_STOPPED = {
+    0: "the largest number of evaluations",
+    1: "the gradient vanished",
+    2: "the sum of squares no longer changed",
+    3: "the unknowns no longer changed",
+    4: "the sum of squares and the unknowns no longer changed",
+}
+
+
+def solved(
+    problem: Problem, start: np.ndarray, *, loss: Robust | None = None, most: int = 100, fixed: int | None = None
+) -> Solution:
+    """The search from a start.
+
+    Args:
+        problem: what is solved. start: (Q,). loss: None for squares. most: evaluations. fixed: an unknown that stays.
+
+    Raises:
+        IdentificationError: a model without values at the start.
+    """
+    from scipy.optimize import least_squares
+
+    lower, upper = problem.bounds
+    moving = np.ones(problem.size, dtype=bool)
+    if fixed is not None:
+        moving[fixed] = False
+    whole = np.clip(start, lower, upper)
+    if not problem.rows(_inside(whole, lower, upper)).finite:
+        raise no_value(problem)
+    if not moving.any():
+        rows = problem.rows(whole)
+        return Solution(
+            unknowns=whole,
+            rows=rows,
+            weights=np.ones(len(rows.residual)),
+            converged=True,
+            stopped="nothing is free",
+            evaluations=1,
+            held=np.zeros(problem.size, dtype=bool),
+            cost=cost_of(rows, loss),
+        )
+
+    def filled(part: np.ndarray) -> np.ndarray:
+        point = whole.copy()
+        point[moving] = part
+        return point
+
+    lows, highs = lower[moving], upper[moving]
+
+    def pressed(part: np.ndarray) -> np.ndarray:
+        return compressed(problem.rows(filled(part)), loss, moving)
+
+    found = least_squares(
+        lambda part: pressed(part)[:, -1],
+        _inside(whole[moving], lows, highs),
+        jac=lambda part: pressed(part)[:, :-1],
+        bounds=(lows, highs),
+        x_scale="jac",
+        xtol=1e-9,
+        ftol=1e-9,
+        gtol=1e-12,
+        max_nfev=most,
+    )
+    point = filled(found.x)
+    rows = problem.rows(point)
+    held = np.zeros(problem.size, dtype=bool)
+    held[moving] = (found.active_mask != 0) | _near(found.x, lows, highs)
+    return Solution(
+        unknowns=point,
+        rows=rows,
+        weights=weights(rows.residual, loss),
+        converged=found.status > 0,
+        stopped=_STOPPED.get(int(found.status), "the solver failed"),
+        evaluations=int(found.nfev),
+        held=held,
+        cost=cost_of(rows, loss),
+    )
+
+
+def compressed(rows: Rows, loss: Robust | None, moving: np.ndarray) -> np.ndarray:
+    """(q + 1, q + 1) R of Q R = [slopes, residual]: as many rows as unknowns, with the same sums of squares and slopes.
+
+    A robust loss ρ is written as squares, of sign(r) √(2 ρ(r)).
+    """
+    residual, slopes = rows.residual, rows.slopes[:, moving]
+    count = slopes.shape[1] + 1
+    if not rows.finite:
+        return np.full((count, count), np.inf)
+    if loss is not None:
+        size, limit = np.abs(residual), loss.sigmas
+        bent = np.sqrt(np.maximum(2.0 * limit * size - limit**2, 0.0))
+        beyond = size > limit
+        slopes = slopes * np.where(beyond, limit / np.where(beyond, bent, 1.0), 1.0)[:, None]
+        residual = np.where(beyond, np.sign(residual) * bent, residual)
+    whole = np.concatenate([slopes, residual[:, None]], axis=1)
+    found = np.asarray(np.linalg.qr(whole, mode="r"))
+    return found if len(found) == count else np.concatenate([found, np.zeros((count - len(found), count))])
+
+
+def begun(problem: Problem, how: GlobalStart | None, loss: Robust | None) -> np.ndarray:
+    """(Q,) where to begin: at the starts of the parameters or, where asked, at the best of many tries."""
+    start = first_unknowns(problem)
+    if how is None or not problem.free:
+        return start
+    count, found = len(problem.free), []
+    for row in tries(problem.free, how):
+        point = start.copy()
+        point[:count] = row
+        rows = problem.rows(point)
+        if rows.finite:
+            found.append((cost_of(rows, loss), point))
+    found.sort(key=lambda pair: pair[0])
+    short = [solved(problem, point, loss=loss, most=15) for _, point in found[: how.fitted]]
+    return min(short, key=lambda each: each.cost).unknowns if short else start
+
+
+def cost_of(rows: Rows, loss: Robust | None) -> float:
+    """Half the sum of squares or, beyond the limit of a robust loss, what grows linearly."""
+    if loss is None:
+        return 0.5 * float(rows.residual @ rows.residual)
+    size = np.abs(rows.residual)
+    return float(np.where(size > loss.sigmas, loss.sigmas * size - 0.5 * loss.sigmas**2, 0.5 * size**2).sum())
+
+
+def weights(residual: np.ndarray, loss: Robust | None) -> np.ndarray:
+    """(R,) what each row counts by: 1, beyond the limit of a robust loss limit / |residual|."""
+    if loss is None:
+        return np.ones(len(residual))
+    return np.minimum(1.0, loss.sigmas / np.maximum(np.abs(residual), 1e-300))
+
+
+def no_value(problem: Problem) -> IdentificationError:
+    """That the model has no value at the start."""
+    values = ", ".join(f"{each.name} = {each.start:g}" for each in problem.free)
+    return IdentificationError(
+        f"identification of '{problem.system.name}'",
+        f"the motion blows up or has no value for the parameters that it begins at ({values}).",
+        "Begin nearer: priors={…}, or initial={…}; for an unstable plant shooting=MultipleShooting(), for a rough "
+        "idea of the parameters start=GlobalStart().",
+    )
+
+
+def _inside(point: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """The point moved off its bounds, which the search must begin between."""
+    room = np.where(np.isfinite(upper - lower), upper - lower, np.maximum(np.abs(point), 1.0))
+    return np.clip(point, lower + 1e-8 * room, upper - 1e-8 * room)
+
+
+def _near(point: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    room = np.where(np.isfinite(upper - lower), upper - lower, np.maximum(np.abs(point), 1.0))
+    return (point - lower < 1e-5 * room) | (upper - point < 1e-5 * room)
