@@ -106,8 +106,16 @@ if TYPE_CHECKING:
     from ulna.geometry import observable_decomposition as observable_decomposition
     from ulna.geometry import one_form as one_form
     from ulna.geometry import relative_degree as relative_degree
+    from ulna.identification import Fit as Fit
+    from ulna.identification import GlobalStart as GlobalStart
     from ulna.identification import Identifiability as Identifiability
+    from ulna.identification import IdentificationError as IdentificationError
+    from ulna.identification import MultipleShooting as MultipleShooting
+    from ulna.identification import Record as Record
+    from ulna.identification import Robust as Robust
     from ulna.identification import identifiability as identifiability
+    from ulna.identification import identify as identify
+    from ulna.identification import read_record as read_record
     from ulna.identification import sensitivities as sensitivities
     from ulna.loop import TIME as TIME
     from ulna.loop import Amplifier as Amplifier
@@ -210,7 +218,9 @@ _HOME = {
             accessibility accessible_decomposition Diffeomorphism Distribution distribution first_integrals
             integrate involutive lie_bracket lie_derivative observability observable_decomposition one_form
             OneForm relative_degree""",
-        "ulna.identification": "identifiability Identifiability sensitivities",
+        "ulna.identification": """
+            Fit GlobalStart Identifiability identifiability IdentificationError identify MultipleShooting
+            read_record Record Robust sensitivities""",
         "ulna.loop": """
             Amplifier ConditionalIntegration Deadline EndStop Euler ExactHold Fault Guard Hardware Hold
             InnovationLimit Jitter Loop MeasurementNoise MissedSamples Pwm Quantiser ReferenceRange Report RungeKutta4

@@ -44,7 +44,7 @@ def conclusion(
         own: noise that the channels have by themselves. loss: of the search. source: where the values come from.
     """
     sure = uncertainty(problem, solution, told=all(level.told for level in levels))
-    combinations = _combinations(problem, sure)
+    combinations = _combinations(problem, solution, sure)
     estimates = tuple(_estimate(problem, solution, sure, k, combinations, loss) for k in range(len(problem.free)))
     scales = problem.scales[: len(problem.free)]
     covariance = sure.covariance[: len(scales), : len(scales)] * np.outer(scales, scales)
@@ -111,11 +111,12 @@ def _at_bound(value: float) -> str:
     return f"the fit runs against its bound {value:.6g}: widen it, or the model leaves something out"
 
 
-def _combinations(problem: Problem, sure: Uncertainty) -> tuple[Mapping[str, float], ...]:
-    """For each direction that changes nothing, by how much each parameter moves in it, the largest by one."""
+def _combinations(problem: Problem, solution: Solution, sure: Uncertainty) -> tuple[Mapping[str, float], ...]:
+    """For each direction that changes nothing, the share by which each parameter moves in it, the largest by one."""
     found = []
+    here = solution.unknowns[: len(problem.free)]
     for direction in sure.blind:
-        part = direction[: len(problem.free)]
+        part = direction[: len(problem.free)] / np.where(here == 0.0, 1.0, here)
         largest = np.abs(part).max() if len(part) else 0.0
         if largest > 1e-3:
             moved = part / part[np.argmax(np.abs(part))]

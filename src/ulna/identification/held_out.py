@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ulna.identification.recorded_experiment import Experiment
 from ulna.identification.fit import HeldOut
 from ulna.identification.noise import Noise
 from ulna.identification.problem import Problem
+from ulna.identification.recorded_experiment import Experiment
 from ulna.identification.response import Response
 from ulna.identification.solve import Solution, solved
 from ulna.identification.start import first_unknowns

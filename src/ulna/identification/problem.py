@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ulna.identification.recorded_experiment import Experiment
 from ulna.identification.prior import Prior
+from ulna.identification.recorded_experiment import Experiment
 from ulna.identification.response import Response, Sensitivities
 from ulna.system import System
 

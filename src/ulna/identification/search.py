@@ -12,7 +12,6 @@ import numpy as np
 
 from ulna.identification.conclusion import conclusion
 from ulna.identification.errors import IdentificationError
-from ulna.identification.recorded_experiment import Experiment, experiments, measured_system
 from ulna.identification.fit import Fit
 from ulna.identification.free import free_parameters
 from ulna.identification.held_out import held_out_errors
@@ -20,6 +19,7 @@ from ulna.identification.noise import Noise, noise_of
 from ulna.identification.prior import Prior, prior_of, quantity
 from ulna.identification.problem import Free, Problem
 from ulna.identification.record import as_records
+from ulna.identification.recorded_experiment import Experiment, experiments, measured_system
 from ulna.identification.solve import MultipleShooting, Robust, Solution, begun, no_value, solved
 from ulna.identification.start import GlobalStart
 from ulna.loop import Loop

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.identification.errors import IdentificationError
-from ulna.identification.recorded_experiment import Experiment
 from ulna.identification.problem import Free, Piece, Problem
+from ulna.identification.recorded_experiment import Experiment
 from ulna.system import System
 
 FIRST = 40
