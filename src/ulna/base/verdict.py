@@ -39,7 +39,7 @@ class Verdict:
     stands under `because` where it holds, under `fails` where it is refuted, under `open` where it is undecided, so
     that nothing reads as its opposite; a reason in words stands under `reason`.
 
-    Example:
+    Examples:
         >>> ulna.Verdict.refuted("x squared is linear", point=2).fails
         True
     """

@@ -76,7 +76,7 @@ def sweep(
             else, a full disk, a scheduler that does not answer.
         SimulationError: settings of the loop that contradict each other.
 
-    Example:
+    Examples:
         >>> sweep(loop, Random(vary={"m2": Uniform(low=0, high=5)}, runs=10_000), horizon=5)  # doctest: +SKIP
     """
     if batch_size is not None and batch_size < 1:

@@ -110,7 +110,7 @@ def controller_for(
         UlnaWarning: if gains were given and fell to a law that is not exact; if the outputs alone are linearised as
             asked and what is left to itself may run away.
 
-    Example:
+    Examples:
         >>> made = ulna.controller_for("mass_spring_damper", law=[-1, -2], observer=[-5, -6])
         >>> made.poles["law"]
         ((-2+0j), (-1+0j))

@@ -63,7 +63,7 @@ class Poles(AbstractGainRule):
     Raises:
         DesignError: for text that is no number or a complex pole without its conjugate.
 
-    Example:
+    Examples:
         >>> ulna.state_feedback("duffing", ulna.Poles(-1, -2)).poles
         ((-2+0j), (-1+0j))
     """

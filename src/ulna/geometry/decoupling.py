@@ -64,7 +64,7 @@ def relative_degree(system: System) -> RelativeDegree:
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if something that has to be differentiated is not smooth.
 
-    Example:
+    Examples:
         >>> ulna.relative_degree(ulna.model("one_link_arm")).per_output
         (3,)
     """

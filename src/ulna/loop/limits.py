@@ -12,7 +12,7 @@ from ulna.base import SimulationError
 class Saturation:
     """lower ≤ u ≤ upper, in SI.
 
-    Example:
+    Examples:
         >>> ulna.Saturation(lower=-24.0, upper=24.0).upper
         24.0
     """

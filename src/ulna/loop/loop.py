@@ -48,7 +48,7 @@ class Loop:
         SimulationError: a controller that drives and estimates nothing, periods that differ, options of signals that
             the loop does not have.
 
-    Example:
+    Examples:
         >>> law = ulna.state_feedback("duffing", [-1, -2])
         >>> loop = ulna.Loop(plant=ulna.model("duffing"), controller=law, hardware=ulna.Hardware(period=1e-3))
         >>> loop.sampled

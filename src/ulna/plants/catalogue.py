@@ -56,7 +56,7 @@ def _data(name: str) -> dict[str, Any]:
 def models() -> tuple[Model, ...]:
     """Every plant of the catalogue, in order of name.
 
-    Example:
+    Examples:
         >>> "duffing" in [plant.name for plant in ulna.models()]
         True
     """
@@ -113,7 +113,7 @@ def model(name: str) -> System:
     Raises:
         PlantError: for an unknown name; near ones are named.
 
-    Example:
+    Examples:
         >>> ulna.model("duffing").rates
         (x2, -a*x1 - b*x1**3 - d*x2 + u)
     """

@@ -25,7 +25,7 @@ def step_response(given: Linearisation | SystemLike, times: float | Sequence[flo
         PlantError: parameters without a value.
         SimulationError: no inputs or no outputs.
 
-    Example:
+    Examples:
         >>> t, y = ulna.step_response(ulna.linearise(ulna.model("mass_spring_damper")), 40.0)
         >>> print(t.shape == y.shape, y[0])
         True 0.0
@@ -51,7 +51,7 @@ def bode(given: Linearisation | SystemLike, frequencies: Sequence[float] | np.nd
         PlantError: parameters without a value.
         SimulationError: no inputs or no outputs.
 
-    Example:
+    Examples:
         >>> response = ulna.bode(ulna.linearise(ulna.model("mass_spring_damper")), [0.1, 1.0, 10.0])
         >>> response.magnitude.shape
         (3,)

@@ -63,7 +63,7 @@ def plot_phase(
         PlantError: fewer than two states, an unknown name, a parameter without a value, a plant in discrete time.
         UlnaError: an empty range.
 
-    Example:
+    Examples:
         >>> figure = ulna.plot_phase("duffing", within={"x1": (-2, 2), "x2": (-2, 2)})
         >>> [figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()]
         ['x1', 'x2']

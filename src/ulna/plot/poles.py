@@ -30,7 +30,7 @@ def plot_poles(given: Any, *, title: str = "", width: float = 6.0) -> Figure:
     Raises:
         UlnaError: no pole at all, or one that is not finite.
 
-    Example:
+    Examples:
         >>> ulna.plot_poles([-1 + 2j, -1 - 2j]).axes[0].get_xlabel()
         'real part (1/s)'
     """

@@ -24,7 +24,7 @@ def plot_trajectory(
 ) -> Figure:
     """Return the signals of one run, one panel each; see `plot_trajectories`.
 
-    Example:
+    Examples:
         >>> run = ulna.simulate(ulna.model("duffing"), [1, 0], np.linspace(0, 10, 101))
         >>> [axes.get_ylabel() for axes in ulna.plot_trajectory(run, ["x1", "x2"]).axes]
         ['x1', 'x2']

@@ -77,7 +77,7 @@ def metrics(
     Raises:
         SimulationError: an unknown name.
 
-    Example:
+    Examples:
         >>> law = ulna.state_feedback("duffing", [-1, -2])
         >>> run = ulna.simulate(ulna.close_loop("duffing", law), [1, 0], np.linspace(0, 10, 1001))
         >>> ulna.metrics(run).outputs["y"].overshoot

@@ -31,7 +31,7 @@ def to_control(system: System, parameters: Mapping[str, float] | None = None) ->
         OptionalDependencyError: without python-control.
         SimulationError: parameters that are unknown or have no value.
 
-    Example:
+    Examples:
         >>> control.input_output_response(to_control(arm), times, 1.0, [1, 0, 0])  # doctest: +SKIP
     """
     library = _library()

@@ -80,7 +80,7 @@ def simulate(
             names, parameters without a value, inputs not defined over the whole time; and, of one run with `throw`,
             an end before the last time (its `value` is the trajectory).
 
-    Example:
+    Examples:
         >>> simulate(loop, (1, 0, 0), np.linspace(0, 5, 501))["theta"]  # doctest: +SKIP
     """
     system, found = _asked(loop)

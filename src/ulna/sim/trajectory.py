@@ -59,7 +59,7 @@ class Trajectory:
     `t, y = run` unpacks it, and x, y, u have signals in rows, as in python-control; `states`, `outputs` and `inputs`
     have them in columns and are those of the whole system.
 
-    Example:
+    Examples:
         >>> run = ulna.simulate(ulna.model("duffing"), [1, 0], np.linspace(0, 10, 101))
         >>> t, y = run
         >>> run.x.shape, y.shape

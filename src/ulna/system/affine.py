@@ -63,7 +63,7 @@ def control_affine(system: SystemLike) -> ControlAffine:
         NotAffineError: if a rate is not affine in the inputs or an output depends on them; shows the term.
         PlantError: for a system in discrete time, which has no vector fields.
 
-    Example:
+    Examples:
         >>> ulna.control_affine(ulna.model("duffing")).g
         Matrix([
         [0],

@@ -79,7 +79,7 @@ def connect(
             gain of 1 (it is named).
         UnitError: for a wire between units of different dimensions.
 
-    Example:
+    Examples:
         >>> spring = ulna.model("duffing")
         >>> pair = ulna.connect({"a": spring, "b": spring}, {"b.u": "a.y"}, outputs=["b.y"], name="pair")
         >>> [state.name for state in pair.states]

@@ -78,7 +78,7 @@ def equilibria(
     Raises:
         PlantError: for parameters without value, unknown names, an empty range, or if no range can be found.
 
-    Example:
+    Examples:
         >>> found = ulna.equilibria(ulna.model("cart_pole"), {"th": (-1, 4), "om": (-1, 1)})
         >>> [round(point["th"], 3) for point in found]
         [0.0, 3.142]

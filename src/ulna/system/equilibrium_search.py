@@ -54,7 +54,7 @@ def equilibrium(
     Raises:
         PlantError: with `near` or `inputs`: for parameters without value, unknown names, or if none is reached.
 
-    Example:
+    Examples:
         >>> ulna.equilibrium(ulna.model("one_link_arm"))["u"]
         -17.64
     """

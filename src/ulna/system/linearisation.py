@@ -93,7 +93,7 @@ def linearise(system: SystemLike, point: PointLike | None = None) -> Linearisati
     Raises:
         PlantError: for a name that the system does not have.
 
-    Example:
+    Examples:
         >>> ulna.linearise(ulna.model("mass_spring_damper").with_values()).stable
         True
     """

@@ -40,7 +40,7 @@ class Law:
         integral_gains: (m,) gain on ∫(z₁ − z_ref) of each chain, or empty.
         form: the form it was designed in, with u = β⁻¹ (v − α), v = −K (z − z_ref) + feedforward; None of a local law.
 
-    Example:
+    Examples:
         >>> law = ulna.state_feedback("mass_spring_damper", [-1, -2])
         >>> law(np.zeros((4, 2))).shape
         (4, 1)
@@ -109,7 +109,7 @@ def state_feedback(
     Warns:
         UlnaWarning: if β is singular at the operating point, where the law divides by zero.
 
-    Example:
+    Examples:
         >>> law = ulna.state_feedback("mass_spring_damper", [-1, -2])
         >>> law([0.1, 0.0]).shape
         (1,)

@@ -46,7 +46,7 @@ def local_law(
         DesignError: where the plant does not rest, a mode grows or stays that no input moves, gains do not fit, or
             there is no output to hold.
 
-    Example:
+    Examples:
         >>> ulna.local_law("mass_spring_damper", [-1, -2]).poles
         ((-2+0j), (-1+0j))
     """

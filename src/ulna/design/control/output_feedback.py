@@ -70,7 +70,7 @@ def close_loop(plant: PlantLike, controller: SystemLike, hardware: Hardware | No
     Raises:
         SimulationError: if the controller drives none of the plant's inputs.
 
-    Example:
+    Examples:
         >>> law = ulna.state_feedback("duffing", [-1, -2])
         >>> [output.name for output in ulna.close_loop("duffing", law).system.outputs]
         ['y', 'u']

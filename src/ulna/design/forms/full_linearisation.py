@@ -40,7 +40,7 @@ def controller_form(system: PlantLike, outputs: Sequence[sp.Expr] | None = None,
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if something that has to be differentiated is not smooth.
 
-    Example:
+    Examples:
         >>> ulna.controller_form("duffing").indices
         (2,)
     """

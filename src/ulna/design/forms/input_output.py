@@ -26,7 +26,7 @@ def input_output_form(system: PlantLike, *, at: Mapping[sp.Symbol, sp.Expr] | No
         NoFormError: if the plant is not square, an output is never reached by an input, or the decoupling matrix is
             singular, generically or at the point asked for. Its value is the `Verdict` that says so.
 
-    Example:
+    Examples:
         >>> ulna.input_output_form("cart_pole").indices
         (2,)
     """

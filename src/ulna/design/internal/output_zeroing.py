@@ -113,7 +113,7 @@ def zero_dynamics(system: System, *, set_point: Sequence[sp.Expr] | None = None,
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
 
-    Example:
+    Examples:
         >>> ulna.zero_dynamics(ulna.model("cart_pole").with_values()).dimension
         2
     """

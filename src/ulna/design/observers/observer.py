@@ -86,7 +86,7 @@ def exact_observer(form: ObserverForm | PlantLike, gains: Gains) -> Observer:
         DesignError: if the gain rule does not fit the blocks.
         NoFormError: if a plant has no observer form.
 
-    Example:
+    Examples:
         >>> [state.name for state in ulna.exact_observer("duffing", [-5, -6]).system.states]
         ['x1_hat', 'x2_hat']
     """

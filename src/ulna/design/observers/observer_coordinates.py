@@ -55,7 +55,7 @@ def observer_form(system: PlantLike) -> ObserverForm:
         NoFormError: if there is none or none was found; `value` is the `ObserverFormSearch` that says why.
         NotAffineError: if the plant is not affine in its inputs.
 
-    Example:
+    Examples:
         >>> ulna.observer_form("one_link_arm").indices
         (3,)
     """
