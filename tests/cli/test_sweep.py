@@ -32,6 +32,11 @@ def test_a_sweep_answers_draws_goes_on_and_is_replayed(plant: str, tmp_path: Pat
     assert run["identical"]
     assert run["varied"] == worst["varied"]
     assert run["signals"]["x"][-1] == pytest.approx(worst["value"], abs=1e-12)
+    page = tmp_path / "run.html"
+    assert str(page) in ulna("studio", "--replay", str(folder), "--run", str(worst["run"]), "--out", str(page)).output
+    assert '"kind":"replay"' in page.read_text(encoding="utf-8")
+    assert "Leave them out" in refused("studio", "--replay", str(folder), "--run", "1", "--alone")
+    assert "one of them is missing" in refused("studio", "--run", "1")
     shown = ulna("replay", str(folder), "--run", "0")
     assert "identical with the stored run, bit for bit" in shown.output
     other = refused(*[entry if entry != "40" else "41" for entry in command])

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 import pytest
 from browser import Opened, chromium
 
+from ulna import simulate
+from ulna.base import SimulationError
 from ulna.loop import Hardware, Loop, Saturation
 from ulna.page import studio
 from ulna.program import Plain
@@ -193,3 +195,30 @@ def test_a_hidden_tab_does_not_catch_up_in_one_leap(browser, arm):
         before = shown.value("ulnaPage.clock.time")
         assert shown.value("ulnaPage.clock.frame(performance.now() + 1e5)") < 100
         assert shown.value("ulnaPage.clock.time") - before < 5
+
+
+def test_a_recorded_run_is_sought_and_cannot_be_pushed(browser, tmp_path):
+    chip = Hardware(period=0.01, saturation=Saturation(lower=-60, upper=60))
+    run = simulate(Loop(plant=_pendulum(), controller=_law(40), hardware=chip), [0.5, 0.0], 2.0, inputs={"y_ref": 0.2})
+    with opened(browser, studio(run, out=tmp_path / "run.html", paused=True), "#p.0.plant.m=3") as shown:
+        assert shown.page.locator("#pushes .hold, #parameters input, #set-points input").count() == 0
+        assert "not changed" in shown.page.inner_text(".note >> nth=0")
+        shown.page.keyboard.press(".")
+        assert shown.value("ulnaPage.loops[0].get('th')") == run.states[1, 0]
+        shown.value("ulnaPage.seek(1.5)")
+        row = shown.value("ulnaPage.loops[0].samples")
+        assert abs(run.times[row] - 1.5) < 0.011
+        assert shown.value("ulnaPage.loops[0].get('om')") == run.states[row, 1]
+        assert shown.value("ulnaPage.figures.state[0].peak") == abs(run.inputs[: row + 1]).max()
+        assert shown.value("ulnaPage.record.length") == len(run.times)
+        shown.page.click("#play")
+        shown.until("!document.getElementById('ended').hidden")
+        assert "reached the final time" in shown.page.inner_text("#ended-text")
+
+
+def test_a_recorded_run_has_no_second_one_and_no_other_inputs(tmp_path):
+    run = simulate(_pendulum(), [0.5, 0.0], [0.0, 0.1], inputs={"u": 0.0})
+    with pytest.raises(SimulationError, match="page of its own"):
+        studio(run, _pendulum(), out=tmp_path / "a.html")
+    with pytest.raises(SimulationError, match="has its own"):
+        studio(run, inputs={"u": 1.0}, out=tmp_path / "a.html")

@@ -44,6 +44,10 @@ def studio(
         Path | None, typer.Option(help="What `ulna prove --out` wrote: its region is drawn in the phase plane.")
     ] = None,
     alone: Annotated[bool, typer.Option("--alone", help="The plant without any controller.")] = False,
+    replay: Annotated[
+        Path | None, typer.Option(metavar="RESULT", help="The folder of a sweep: its run --run is replayed.")
+    ] = None,
+    number: Annotated[int | None, typer.Option("--run", help="Number of the run, from 0; with --replay.")] = None,
     paused: Annotated[bool, typer.Option("--paused", help="The page stands still until it is started.")] = False,
     *,
     design: DesignOptions,
@@ -59,6 +63,23 @@ def studio(
 
     if out is not None and not out.absolute().parent.is_dir():
         raise SimulationError(f"--out '{out}'", "its folder does not exist.", "Make it first.")
+    if (replay is None) != (number is None):
+        raise SimulationError(
+            "--replay and --run", "one of them is missing.", "Give the folder of a sweep and a number."
+        )
+    if replay is not None and number is not None:
+        if (
+            alone
+            or beside
+            or plant != _Shown()
+            or run != RunOptions()
+            or design != DesignOptions()
+            or hardware != HardwareOptions()
+        ):
+            found = "options of another run stand beside it; a recorded run has its own."
+            raise SimulationError("--replay", found, "Leave them out.")
+        _replayed(replay, number, out=out, certificate=certificate, paused=paused)
+        return
     if alone and (design.law or design.observer or run.controller or beside):
         raise SimulationError("--alone with a controller", "they exclude each other.", "Leave one of them out.")
     proved = None if certificate is None else read_certificate(certificate)
@@ -85,7 +106,27 @@ def studio(
             certificate=proved,
             paused=paused,
         )
+    _say(path)
+
+
+def _say(path: Path) -> None:
     typer.echo(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+
+
+def _replayed(folder: Path, number: int, *, out: Path | None, certificate: Path | None, paused: bool) -> None:
+    """The page of one run of a sweep; the exit status is 1 where it is not what is stored."""
+    from ulna.campaign import open_campaign, replay
+    from ulna.certify import read_certificate
+    from ulna.page import studio as write
+
+    proved = None if certificate is None else read_certificate(certificate)
+    result = open_campaign(folder)
+    with progress(f"replaying run {number}"):
+        found = replay(result, number)
+    _say(write(found.trajectory, out=out, names=[f"run {number}"], certificate=proved, paused=paused))
+    if not found.identical:
+        typer.echo(f"NOT identical with the stored run: {', '.join(found.differing)}", err=True)
+        raise typer.Exit(1)
 
 
 def _asked(

@@ -27,8 +27,10 @@ from ulna.page.payload import (
     velocities,
 )
 from ulna.page.region import region_of
+from ulna.page.replay import plant_of, replay_payload
 from ulna.page.script import loop_script
 from ulna.plants import PlantLike, as_plant
+from ulna.sim import Trajectory
 from ulna.system import System
 
 MOST_LOOPS = 12
@@ -36,7 +38,7 @@ MOST_LOOPS = 12
 
 
 def studio(
-    *loops: Loop | PlantLike,
+    *loops: Loop | PlantLike | Trajectory,
     out: str | os.PathLike[str] | None = None,
     names: Sequence[str] = (),
     initial: Any = None,
@@ -52,7 +54,8 @@ def studio(
     of the same plant stand side by side. `docs/studio.md` shows what a hand can do.
 
     Args:
-        loops: a `Loop`, or a plant alone, its name or its file: it moves without a controller.
+        loops: a `Loop`, or a plant alone, its name or its file: it moves without a controller. One `Trajectory` alone
+            is replayed: it can be paused, slowed down and sought, not changed.
         out: the file to write; left out, a file among the temporary ones, which is opened in the browser.
         names: a title for each loop; left out, the names of their controllers.
         initial: states in SI where the page begins, by name or in order; left out, beside the operating point.
@@ -63,8 +66,8 @@ def studio(
         check: s of a run that is recorded here and compared, bit for bit, when the page opens; 0 for none.
 
     Raises:
-        SimulationError: no loop or more than 12, loops of different plants, names that are not as many, a file that
-            cannot be written.
+        SimulationError: no loop or more than 12, loops of different plants, names that are not as many, a recorded run
+            beside others or with inputs of its own, a file that cannot be written.
         PlantError: parameters without a value.
 
     Warns:
@@ -85,7 +88,7 @@ def studio(
 
 
 def studio_text(
-    *loops: Loop | PlantLike,
+    *loops: Loop | PlantLike | Trajectory,
     names: Sequence[str] = (),
     initial: Any = None,
     parameters: Mapping[str, float] | None = None,
@@ -95,7 +98,14 @@ def studio_text(
     check: float = 2.0,
 ) -> str:
     """The page of `studio` as text."""
-    bodies = [each if isinstance(each, Loop) else Loop(plant=as_plant(each)) for each in loops]
+    if any(isinstance(each, Trajectory) for each in loops):
+        fixed = {"initial": initial, "parameters": parameters, "inputs": inputs}
+        return _replay_text(loops, names, fixed, certificate=certificate, paused=paused)
+    bodies = [
+        each if isinstance(each, Loop) else Loop(plant=as_plant(each))
+        for each in loops
+        if not isinstance(each, Trajectory)
+    ]
     plant = _one_plant(bodies)
     titles = list(names) or _titles(bodies)
     if len(titles) != len(bodies):
@@ -138,6 +148,31 @@ def studio_text(
     notes += [missing] if missing and closed else []
     hint, legend = _hint(payload, closed=closed), _legend(titles, scripts[0].facts)
     return page_text(payload, [each.script for each in scripts], notes=notes, hint=hint, legend=legend)
+
+
+def _replay_text(
+    runs: Sequence[Any],
+    names: Sequence[str],
+    fixed: Mapping[str, Any],
+    *,
+    certificate: Certificate | None,
+    paused: bool,
+) -> str:
+    """The page of one recorded run."""
+    if len(runs) != 1 or len(names) > 1:
+        found = f"a recorded run among {len(runs)}, {len(names)} names."
+        raise SimulationError("studio(...)", found, "A recorded run has a page of its own: give one, and one name.")
+    given = [name for name, value in fixed.items() if value]
+    if given:
+        found = "a recorded run has its own."
+        raise SimulationError(f"studio({given[0]}=...)", found, "Leave it out, or give the loop to move it anew.")
+    run = runs[0]
+    region = None if certificate is None else region_of(certificate, plant_of(run))
+    payload = replay_payload(run, title=names[0] if names else "run", region=region, paused=paused)
+    facts = payload["loops"][0]["facts"]
+    lasted = run.times[-1] - run.times[0]
+    note = f"A recorded run of {lasted:.4g} s: it can be paused, slowed down and sought, not changed."
+    return page_text(payload, [], notes=[note], hint="", legend=_legend([""], facts))
 
 
 def _one_plant(bodies: Sequence[Loop]) -> System:
@@ -210,10 +245,21 @@ def _hint(payload: Mapping[str, Any], *, closed: bool) -> str:
 
 
 def _legend(titles: Sequence[str], facts: Mapping[str, Any]) -> str:
-    lines = ["Dotted: set point." if facts["references"] else "", "Dashed: estimate." if facts["estimates"] else ""]
+    lines = [
+        "Dotted: set point." if facts["references"] else "",
+        "Dashed: estimate." if _estimates_drawn(facts) else "",
+    ]
     lines.append("Red dashes: limits." if facts["limits"] else "")
     lines.append("One colour a controller." if len(titles) > 1 else "")
     return " ".join(each for each in lines if each)
+
+
+def _estimates_drawn(facts: Mapping[str, Any]) -> bool:
+    """Whether an observer estimates something that has a curve; a law alone shows other quantities."""
+    curves = {each["name"] for role in ("states", "outputs", "commands") for each in facts[role]}
+    return any(
+        each["name"].removesuffix("_hat") in curves for each in facts["estimates"] if each["name"].endswith("_hat")
+    )
 
 
 def _written(path: Path, text: str) -> Path:

@@ -10,6 +10,8 @@ function ulnaClock(loops, { speed = 1, keep = 60, budget = 8, now = () => perfor
   let spent = 0, passed = 0, kept = [], place = -1;
 
   const furthest = () => Math.max(...loops.map((loop) => loop.time));
+  // A recorded run lies there whole: it can be sought anywhere.
+  const recording = () => loops.every((loop) => loop.replay);
   const running = () => loops.some((loop) => loop.outcome === "running");
 
   function remember(time) {
@@ -23,6 +25,12 @@ function ulnaClock(loops, { speed = 1, keep = 60, budget = 8, now = () => perfor
   function advance(time) {
     let samples = 0;
     for (const loop of loops) {
+      if (loop.replay) {
+        const before = loop.samples;
+        loop.seek(time);
+        samples += loop.samples - before;
+        continue;
+      }
       const period = loop.facts.period;
       const count = Math.min(1e6, Math.floor((time - loop.time) / period + 1e-6));
       if (count > 0) {
@@ -51,7 +59,7 @@ function ulnaClock(loops, { speed = 1, keep = 60, budget = 8, now = () => perfor
       const most = clock.ratio > 0 ? 0.7 / clock.ratio : Infinity;
       return speed * (SPEEDS.find((each) => each * speed <= most) ?? SPEEDS[SPEEDS.length - 1]);
     },
-    get oldest() { return kept.length ? kept[0].time : target; },
+    get oldest() { return recording() ? loops[0].beginsAt : kept.length ? kept[0].time : target; },
 
     frame(wall) {
       const elapsed = seen === null ? 0 : Math.min(wall - seen, LONGEST_FRAME);
@@ -79,8 +87,14 @@ function ulnaClock(loops, { speed = 1, keep = 60, budget = 8, now = () => perfor
     single() {
       playing = false;
       if (!kept.length) remember(target);
-      target = Math.max(target, furthest()) + Math.min(...loops.map((loop) => loop.facts.period));
-      const samples = advance(target);
+      let samples = 0;
+      if (recording()) {
+        loops.forEach((loop) => loop.step());
+        [target, samples] = [furthest(), 1];
+      } else {
+        target = Math.max(target, furthest()) + Math.min(...loops.map((loop) => loop.facts.period));
+        samples = advance(target);
+      }
       if (samples) {
         remember(target);
         if (clock.onSample) loops.forEach((loop, k) => clock.onSample(loop, k));
@@ -90,6 +104,12 @@ function ulnaClock(loops, { speed = 1, keep = 60, budget = 8, now = () => perfor
 
     // To the state that is kept from nearest to a time.
     seek(time) {
+      if (recording()) {
+        loops.forEach((loop) => loop.seek(time));
+        clock.forget();
+        target = Math.max(clock.oldest, Math.min(time, ...loops.map((loop) => loop.duration)));
+        return target;
+      }
       if (!kept.length) return target;
       let best = 0;
       kept.forEach((each, k) => { if (Math.abs(each.time - time) < Math.abs(kept[best].time - time)) best = k; });

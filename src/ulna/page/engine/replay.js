@@ -17,7 +17,9 @@ function ulnaReplay(data) {
     facts: data,
     memory: m,
     replay: true,
+    beginsAt: times[0],
     duration: times[last],
+    rows: times.length,
     get time() { return times[place]; },
     get samples() { return place; },
     get outcome() { return place === last ? data.outcome : "running"; },
@@ -43,6 +45,7 @@ function ulnaReplay(data) {
       if (!read.has(name)) throw new RangeError(`this run has no signal "${name}"`);
       return read.get(name);
     },
+    input(name) { return loop.get(name); },
     get(name) { return m[loop.index(name)]; },
     snapshot() { return m.slice(); },
     restore(row) { show(row[columns.length]); },

@@ -4,6 +4,10 @@ class Controls {
   constructor(app) {
     this.app = app;
     this.fields = []; // [{set, read}]: renewed after a rewind or an address
+    if (app.replay) {
+      for (const id of ["set-points", "pushes", "parameters-fold", "hardware-fold", "starts-fold"]) byId(id).hidden = true;
+      return;
+    }
     this._setPoints(byId("set-points"));
     this._pushes(byId("pushes"));
     this._parameters(byId("parameters"));

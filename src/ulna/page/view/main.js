@@ -8,7 +8,8 @@ class App {
       const starts = new Map(facts.initial.map((each) => [each.name, each.value]));
       for (const row of [...facts.states, ...facts.memory]) row.value ??= starts.get(row.name) ?? 0;
     }
-    this.loops = programs.map((program, k) => ulnaLoop(program, payload.loops[k].facts));
+    this.replay = Boolean(payload.replay); // a recorded run: it can be sought, not changed
+    this.loops = payload.loops.map(({ facts }, k) => (this.replay ? ulnaReplay(facts) : ulnaLoop(programs[k], facts)));
     this.settings = this.loops.map(() => ({ parameters: {}, options: {} }));
     this.initial = {};
     this.inputRows = this._inputs();
@@ -18,7 +19,7 @@ class App {
     this.pushes = this._pushes();
     this.disturbances = this.inputRows.filter((row) => row.kind === "disturbance" && !row.push);
     this.load = this._load();
-    this.record = new Record(this.loops, this.signals, 62);
+    this.record = new Record(this.loops, this.signals, this.replay ? Math.max(62, this.loops[0].rows / 130) : 62);
     this.pace = Math.max(...this.loops.map((loop) => loop.facts.speed || 1)); // slow processors are shown faster
     this.clock = ulnaClock(this.loops, { speed: this.pace, keep: 60, budget: 8 });
     this.figures = new Figures(byId("figures"), this);
@@ -106,12 +107,12 @@ class App {
   }
 
   input(name) {
-    return this.inputs.get(name) ?? 0;
+    return this.replay && this.loops[0].has(name) ? this.loops[0].get(name) : this.inputs.get(name) ?? 0;
   }
 
   setInput(name, value) {
     const row = this.inputRows.find((each) => each.name === name);
-    if (!row || !Number.isFinite(value)) return;
+    if (!row || this.replay || !Number.isFinite(value)) return;
     const target = this.targets.find((each) => each.name === name);
     const [low, high] = target ? target.range : row.range || [null, null];
     const held = clamp(value, low ?? -Infinity, high ?? Infinity);
@@ -135,6 +136,7 @@ class App {
 
   /** A parameter of the plant goes to every loop, one of a controller to its own. */
   setParameter(k, owner, name, value) {
+    if (this.replay) return;
     this.loops.forEach((loop, j) => {
       const item = loop.facts.parameters.find((each) => each.name === name && each.owner === owner);
       if (!item || (owner !== "plant" && j !== k)) return;
@@ -162,7 +164,7 @@ class App {
   _load() {
     const name = this.payload.picture?.parts?.load;
     const item = this.loops[0].facts.parameters.find((each) => each.name === name && each.owner === "plant");
-    return item ? { name, full: item.value, none: Math.max(0, item.range?.[0] ?? 0) } : null;
+    return item && !this.replay ? { name, full: item.value, none: Math.max(0, item.range?.[0] ?? 0) } : null;
   }
 
   get loadCarried() {
@@ -186,12 +188,32 @@ class App {
   // ---------------------------------------------------------------------------------------------------------- time
 
   _note(loop, k) {
-    this.record.note(loop, k);
+    if (!this.replay) this.record.note(loop, k);
     this.figures.note(loop, k);
   }
 
   _recordAll() {
     this.loops.forEach((loop, k) => this._note(loop, k));
+  }
+
+  /** All of a recorded run at once: what is drawn of it ends at the present time. */
+  _recordWhole() {
+    const [loop] = this.loops;
+    for (let row = 0; row < loop.rows; row += 1, loop.step()) this.record.note(loop, 0);
+    loop.start();
+  }
+
+  /** The figures of a recorded run, from its start to the present time. */
+  _figuresAgain() {
+    const [loop] = this.loops, present = loop.samples;
+    this.figures.forget();
+    loop.start();
+    this.figures.jumped();
+    this.figures.note(loop, 0);
+    while (loop.samples < present) {
+      loop.step();
+      this.figures.note(loop, 0);
+    }
   }
 
   /** Once more from the start: the present one, with what the sliders say. */
@@ -208,6 +230,7 @@ class App {
     this.clock.forget();
     this.latest = 0;
     this.record.clear();
+    if (this.replay) this._recordWhole();
     this.figures.forget();
     this.stage.forget();
     if (this.plane) this.plane.forget();
@@ -232,6 +255,7 @@ class App {
   }
 
   startFrom(state) {
+    if (this.replay) return;
     this.initial = { ...this.initial, ...this.payload.region?.rest, ...state };
     this.restart();
     this.say(`Started from ${Object.entries(state).map(([name, value]) => `${name} ${words(value, 3)}`).join(", ")}.`);
@@ -265,6 +289,7 @@ class App {
   seek(time) {
     this.clock.pause();
     this.clock.seek(time);
+    if (this.replay) this._figuresAgain();
     for (const name of this.inputs.keys()) {
       const loop = this.loops.find((each) => has(each.facts, name));
       if (loop) this.inputs.set(name, loop.input(name));
@@ -314,7 +339,7 @@ class App {
     const time = this.clock.time;
     byId("clock").textContent = `${time.toFixed(this.pace < 10 ? 2 : 0)} s`;
     const past = byId("past");
-    this.latest = this.clock.playing ? time : Math.max(this.latest || 0, time);
+    this.latest = this.replay ? this.loops[0].duration : this.clock.playing ? time : Math.max(this.latest || 0, time);
     past.min = this.clock.oldest;
     past.max = this.latest;
     if (document.activeElement !== past || this.clock.playing) past.value = time;

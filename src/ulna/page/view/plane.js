@@ -5,7 +5,7 @@ class Plane {
     this.app = app;
     this.sheet = new Sheet(canvas);
     this.cross = null; // where the keyboard's cross stands, in SI
-    this.arrows = app.payload.loops.every((loop) => !loop.closed);
+    this.arrows = !app.replay && app.payload.loops.every((loop) => !loop.closed);
     canvas.addEventListener("click", (event) => this._start(this._value(this.sheet.at(event))));
     canvas.addEventListener("keydown", (event) => this._key(event));
     canvas.addEventListener("blur", () => this._leave());
@@ -206,6 +206,7 @@ class Plane {
   }
 
   _key(event) {
+    if (this.app.replay) return;
     const move = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
     if (move) {
       const loop = this.app.loops[0];

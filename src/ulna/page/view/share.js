@@ -3,7 +3,7 @@
 /** Fields of the address: [key, value] pairs of what differs from how the page was made. */
 function toAddress(app) {
   const pairs = [];
-  for (const row of app.inputRows) if (app.input(row.name) !== row.value) pairs.push([`in.${row.name}`, app.input(row.name)]);
+  for (const row of app.inputRows) if (!app.replay && app.input(row.name) !== row.value) pairs.push([`in.${row.name}`, app.input(row.name)]);
   app.settings.forEach((settings, k) => {
     for (const key of Object.keys(settings.parameters)) pairs.push([`p.${k}.${key}`, settings.parameters[key]]);
     for (const key of Object.keys(settings.options)) pairs.push([`o.${k}.${key}`, Number(settings.options[key])]);

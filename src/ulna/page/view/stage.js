@@ -191,6 +191,7 @@ class Stage {
   // ------------------------------------------------------------------------------------------------------- pointer
 
   _down(event) {
+    if (this.app.replay) return;
     const point = this.sheet.at(event);
     this.draw();
     const near = (at) => Math.hypot(at[0] - point[0], at[1] - point[1]);
@@ -236,6 +237,7 @@ class Stage {
   }
 
   _move(event) {
+    if (this.app.replay) return;
     if (!this.held) {
       const point = this.sheet.at(event);
       const over = (this.handles || []).some((each) => Math.hypot(each.at[0] - point[0], each.at[1] - point[1]) < 24);
