@@ -148,6 +148,7 @@ if TYPE_CHECKING:
     from ulna.plot import bode as bode
     from ulna.plot import plot_phase as plot_phase
     from ulna.plot import plot_poles as plot_poles
+    from ulna.plot import plot_region as plot_region
     from ulna.plot import plot_trajectories as plot_trajectories
     from ulna.plot import plot_trajectory as plot_trajectory
     from ulna.plot import save_figure as save_figure
@@ -227,7 +228,9 @@ _HOME = {
             SafeOutput Saturation SlewLimit TIME""",
         "ulna.page": "studio",
         "ulna.plants": "Model model models",
-        "ulna.plot": "bode plot_phase plot_poles plot_trajectories plot_trajectory save_figure step_response",
+        "ulna.plot": """
+            bode plot_phase plot_poles plot_region plot_trajectories plot_trajectory save_figure step_response
+        """,
         "ulna.program": "Fused Plain",
         "ulna.sim": """
             Crossing Direction Ends Ensemble Event EventKind Figures FixedSteps Gpu Held Implicit Interpolated

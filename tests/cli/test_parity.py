@@ -47,6 +47,7 @@ AT_THE_TERMINAL = {
     "metrics": "simulate",
     "plot_trajectory": "simulate --plot",
     "plot_poles": "design --plot",
+    "plot_region": "prove --plot --plane",
     "sweep": "sweep",
     "open_campaign": "replay",
     "replay": "replay",

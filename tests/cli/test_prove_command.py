@@ -91,3 +91,23 @@ def test_a_file_that_is_no_certificate_is_refused(tmp_path: Path) -> None:
     (tmp_path / "x.json").write_text("{")
     assert "not JSON" in refused("check", str(tmp_path / "x.json"))
     assert "a pipe or a device" in refused("check", "/dev/zero")
+
+
+def test_the_proved_region_is_drawn(plant: str, tmp_path: Path) -> None:
+    picture = tmp_path / "region.png"
+    done = ulna("prove", plant, *LAW, "--within", "q=0.3", "--plot", str(picture), "--plane", "p, q")
+    assert done.exit_code == 0
+    assert f"figure: {picture}" in done.output.replace("\n", "")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("typed", "reason"),
+    [
+        (["--global", "--plot", "a.png"], "no region"),
+        (["--plane", "p,q"], "none is asked for"),
+        (["--within", "q=0.3", "--plot", "a.png", "--plane", "p"], "Name two"),
+    ],
+)
+def test_a_figure_of_nothing_is_refused(typed: list[str], reason: str, plant: str) -> None:
+    assert reason in refused("prove", plant, *LAW, *typed)

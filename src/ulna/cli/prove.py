@@ -51,6 +51,12 @@ def prove(
     ] = None,
     patience: Annotated[float, typer.Option("--patience", min=0.1, help="CPU time for the search, s.")] = 20.0,
     out: Annotated[Path | None, typer.Option(help="Write the certificate for `ulna check` (JSON).")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the proved region beside sampled runs: a .png, .svg or .pdf file.")
+    ] = None,
+    plane: Annotated[
+        str | None, typer.Option(metavar="STATE,STATE", help="With --plot: the two states; left out the first two.")
+    ] = None,
     as_json: AsJson = False,
     *,
     design: DesignOptions,
@@ -70,6 +76,11 @@ def prove(
     given = [name for name, value in (("--global", everywhere), ("--within", within), ("--over", over)) if value]
     if len(given) > 1:
         raise SimulationError(" with ".join(given), f"these are {len(given)} claims.", "Give one of them.")
+    if plot is not None and (everywhere or over):
+        found = f"{given[0]} has no region to draw."
+        raise SimulationError("--plot", found, "Leave --plot out, or ask for --within or for nothing.")
+    if plane is not None and plot is None:
+        raise SimulationError("--plane", "it belongs to a figure, and none is asked for.", "Add --plot region.png.")
     system = plant_in_file(plant)
     ranges = list(named_values(over or [], "--over"))
     with progress(f"designing for '{system.name}'"):
@@ -85,12 +96,25 @@ def prove(
     certificate = verdict.evidence.get("certificate")
     if out is not None and certificate is not None:
         certificate.write(out)
+    if plot is not None and certificate is not None:
+        _plot(verdict, loop, plane, plot)
     if as_json:
         print_json({"status": verdict.status.value, "claim": verdict.claim, **_plain(verdict)})
     else:
         _tell(verdict)
         if out is not None:
             typer.echo(f"certificate: {out}" if certificate is not None else "no certificate: nothing was proved")
+        if plot is not None:
+            typer.echo(f"figure: {plot}" if certificate is not None else "no figure: nothing was proved")
+
+
+def _plot(verdict: Verdict, loop: Loop, plane: str | None, path: Path) -> None:
+    from ulna.plot import plot_region, save_figure
+
+    states = tuple(name.strip() for name in plane.split(",")) if plane else ()
+    units = {s.name: s.unit for s in loop.plant.states}
+    with progress("drawing"):
+        save_figure(plot_region(verdict, states, units=units), path)
 
 
 def _claim(loop: Loop, within: list[str], *, everywhere: bool) -> Claim:
