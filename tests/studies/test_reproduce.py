@@ -193,3 +193,15 @@ def test_an_earlier_output_with_something_added_is_left_alone(tmp_path):
     done = _run("reproduce", "--out", tmp_path)
     assert done.returncode == 2
     assert (tmp_path / "thesis.txt").read_text() == "precious"
+
+
+def test_the_exact_loop_is_proved_and_the_claim_of_one_rate_is_not(results, reproduction):
+    found = results["convergence"]
+    assert (found["every_run_converges"], found["checked_by_the_second_program"]) == ("proved", "proved")
+    assert found["exponential_near_the_horizontal"] is True
+    # The errors' weight grows with the state: that is why no factor serves all starts.
+    assert "|z2|" in found["growth"]["∂(z3')/∂e3"]
+    assert found["exponential_from_everywhere"] == "not proved"
+    page = (reproduction / "index.html").read_text()
+    section = page[page.index('id="convergence"') :]
+    assert "not proved" in section[: section.index("</section>")]

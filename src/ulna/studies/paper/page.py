@@ -21,6 +21,7 @@ from ulna.studies.paper.cards import (
 )
 from ulna.studies.paper.compare import Finding
 from ulna.studies.paper.consequences import consequence_blocks, degrees, loop_table, passive_blocks, rest_table
+from ulna.studies.paper.convergence import Convergence, convergence_blocks
 from ulna.studies.paper.exact import Exact
 from ulna.studies.paper.judge import JudgedClaim, count, notes
 from ulna.studies.paper.passive import Passive
@@ -47,6 +48,7 @@ class Findings:
     judged: tuple[Judged, ...]
     claims: tuple[JudgedClaim, ...]
     loops: tuple[Loop, ...]
+    convergence: Convergence
     causes: tuple[Cause, ...]
     rests: Equilibria
     passive: Passive
@@ -75,6 +77,7 @@ def document(found: Findings, pictures: Mapping[str, str]) -> Document:
                 title="What the printed controller does",
                 blocks=consequence_blocks(found.loops, found.causes, pictures),
             ),
+            Section(anchor="convergence", title="Does it converge?", blocks=convergence_blocks(found.convergence)),
             Section(anchor="uncontrolled", title="The arm without voltage", blocks=_uncontrolled(found, pictures)),
             Section(anchor="forearm", title="The passive forearm", blocks=passive_blocks(found.passive, pictures)),
             Section(anchor="schematics", title="Figures 1 to 3", blocks=_schematics(found.paper, pictures)),

@@ -17,6 +17,7 @@ from ulna.report import output_folder, render_page, results_text
 from ulna.sim import Trajectory
 from ulna.studies.paper.carry import check_chain
 from ulna.studies.paper.chain import number_chain
+from ulna.studies.paper.convergence import convergence
 from ulna.studies.paper.exact import exact_design, known_results, paper_choices
 from ulna.studies.paper.figures import draw
 from ulna.studies.paper.judge import count, judge, judge_claims
@@ -65,7 +66,15 @@ def reproduce(out: str | Path) -> Study:
     with output_folder(folder, holds=_HOLDS) as place:
         found, free = _find(paper())
         data = results(
-            found.paper, found.exact, found.judged, found.claims, found.loops, found.causes, found.rests, found.passive
+            found.paper,
+            found.exact,
+            found.judged,
+            found.claims,
+            found.loops,
+            found.convergence,
+            found.causes,
+            found.rests,
+            found.passive,
         )
         (place / "results.json").write_text(results_text(data), encoding="utf-8")
         _write_trajectories(place / "trajectories", found.loops, free, found.passive)
@@ -111,6 +120,7 @@ def _find(printed: Paper) -> tuple[Findings, tuple[Trajectory, ...]]:
         judged=judge(printed, exact, chain),
         claims=judge_claims(printed, exact, rests, ran),
         loops=ran,
+        convergence=convergence(exact, ran),
         causes=causes(exact, good, bad),
         rests=rests,
         passive=passive_forearm(),

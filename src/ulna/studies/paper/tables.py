@@ -12,6 +12,7 @@ from ulna.design import error_matrix, gains_in_form
 from ulna.plants import SmallOscillations
 from ulna.report import plain
 from ulna.studies.paper.compare import Comparison
+from ulna.studies.paper.convergence import Convergence
 from ulna.studies.paper.exact import Exact
 from ulna.studies.paper.judge import JudgedClaim, count, notes
 from ulna.studies.paper.passive import Passive, rest_angle
@@ -31,6 +32,7 @@ def results(
     judged: Sequence[Judged],
     claims: Sequence[JudgedClaim],
     loops: Sequence[Loop],
+    convergence: Convergence,
     causes: Sequence[Cause],
     rests: Equilibria,
     passive: Passive,
@@ -43,6 +45,7 @@ def results(
         "claims": [{"key": c.claim.key, "text": c.claim.text, "holds": c.holds, "meaning": c.meaning} for c in claims],
         "design": _design(exact),
         "loops": [_loop(loop) for loop in loops],
+        "convergence": _convergence(convergence),
         "causes": [_cause(cause) for cause in causes],
         "uncontrolled_equilibria": _rests(rests),
         "passive_forearm": _passive(passive),
@@ -117,6 +120,19 @@ def _loop(loop: Loop) -> dict[str, Any]:
             }
             for run in loop.runs
         ],
+    }
+
+
+def _convergence(found: Convergence) -> dict[str, Any]:
+    evidence = found.proof.evidence
+    return {
+        "every_run_converges": found.proof.status.value,
+        "checked_by_the_second_program": found.checked.status.value,
+        "theorem": evidence["certificate"].theorem,
+        "decay_rates": list(evidence["decay_rates"]),
+        "growth": dict(evidence["growth"]),
+        "exponential_near_the_horizontal": found.near,
+        "exponential_from_everywhere": "not proved",
     }
 
 
