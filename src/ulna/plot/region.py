@@ -65,7 +65,7 @@ def plot_region(
     Raises:
         UlnaError: a verdict without a certificate, a certificate without a level set, unknown states.
 
-    Example:
+    Examples:
         >>> swing = ulna.model("duffing").with_values()
         >>> law = ulna.state_feedback(ulna.controller_form(swing), ulna.Poles(-2, -3))
         >>> verdict = ulna.prove(ulna.Loop(plant=swing, controller=law), ulna.StableWithin(box={"x1": 0.2}))
