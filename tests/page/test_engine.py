@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -44,7 +45,7 @@ def _made() -> LoopScript:
     return loop_script(LOOP, initial=START, pushes=NAMES[1:], check=0.0)
 
 
-def _final(loop: Loop, seconds: float, **options: object) -> list[float]:
+def _final(loop: Loop, seconds: float, **options: Any) -> list[float]:
     return [float(v) for v in ulna.simulate(loop, START, seconds, **options).states[-1]]
 
 
@@ -255,7 +256,7 @@ def test_parameters_without_a_value_are_asked_for() -> None:
         ({"parameters": {"nobody": 1.0}}, "no such parameter"),
     ],
 )
-def test_names_that_fit_nothing_are_refused(options: dict[str, object], found: str) -> None:
+def test_names_that_fit_nothing_are_refused(options: dict[str, Any], found: str) -> None:
     with pytest.raises((PlantError, SimulationError), match=found):
         loop_script(LOOP, check=0.0, **options)
 
