@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 from firmware_loops import arm_loops
 
-from ulna.deploy import TARGETS, Target, c_project
+from ulna.deploy import TARGETS, FixedPoint, Target, c_project
 
 COMPILER, EMULATOR = shutil.which("arm-none-eabi-gcc"), shutil.which("qemu-system-arm")
 pytestmark = pytest.mark.skipif(
@@ -81,6 +82,25 @@ def test_the_self_test_passes_on_the_processor(target: str, name: str, tmp_path:
     done = _emulated(TARGETS[target], sorted((tmp_path / "c").glob("*.c")), tmp_path)
     assert "220 of 220 samples are bit-equal" in done.stdout, done.stdout + done.stderr
     assert done.returncode == 0
+
+
+@pytest.mark.parametrize(("name", "factor"), [("paper", 32), ("watched", 16)])
+def test_fixed_point_gives_the_integers_of_python_without_a_floating_point_unit(
+    name: str, factor: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ulna.deploy.project.VECTORS", 3000)
+    made = c_project(arm_loops()[name], tmp_path / "c", target="cortex-m0", arithmetic=FixedPoint(factor=factor))
+    sources = sorted((tmp_path / "c").glob("*.c"))
+    done = _emulated(TARGETS["cortex-m0"], sources, tmp_path)
+    count, whole = re.findall(r"\d+", done.stdout)
+    assert count == whole, done.stdout + done.stderr
+    assert int(whole) > 3000
+    assert done.returncode == 0
+    law = tmp_path / "c" / f"{made.firmware.name}.c"
+    text = law.read_text()
+    law.write_text(text.replace("whole(value + (INT64_C(1) << (by - 1U)), by)", "whole(value, by)"))
+    assert law.read_text() != text
+    assert "differs" in _emulated(TARGETS["cortex-m0"], sources, tmp_path).stdout
 
 
 def test_contracted_products_are_found_out_by_the_self_test(tmp_path: Path) -> None:

@@ -79,7 +79,7 @@ def test_ten_thousand_samples_are_bit_equal_and_near_the_simulation(tmp_path: Pa
     assert 0.0 < found.largest < 1e-4
     assert verify(tmp_path / "c", loop).holds
     source = next(path for path in (tmp_path / "c").glob("*.c") if path.name != "self_test.c")
-    source.write_text(source.read_text().replace("value + (INT64_C(1) << (by - 1))", "value"))
+    source.write_text(source.read_text().replace("whole(value + (INT64_C(1) << (by - 1U)), by)", "whole(value, by)"))
     assert not compare(tmp_path / "c", loop, samples=100, initial={"theta": 1.0}).equal
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from firmware_loops import CATALOGUE, arm_loops, catalogue_loop
 
-from ulna.deploy import c_project
+from ulna.deploy import FixedPoint, c_project
 from ulna.loop import Loop
 
 CPPCHECK, TIDY = shutil.which("cppcheck"), shutil.which("clang-tidy")
@@ -31,8 +31,9 @@ def _tidy(source: Path) -> str:
     return "" if done.returncode == 0 else done.stdout
 
 
-def _source(loop: Loop, folder: Path, precision: str) -> Path:
-    made = c_project(loop, folder, precision=precision)
+def _source(loop: Loop, folder: Path, numbers: str | FixedPoint) -> Path:
+    fixed = isinstance(numbers, FixedPoint)
+    made = c_project(loop, folder, arithmetic=numbers) if fixed else c_project(loop, folder, precision=numbers)
     return folder / f"{made.firmware.name}.c"
 
 
@@ -41,17 +42,19 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     folder = tmp_path_factory.mktemp("judged")
     # The addon for the MISRA rules takes a second and more for each file.
     loops = [arm_loops()["integral"], *(catalogue_loop(name) for name in CATALOGUE)]
-    return [_source(loop, folder / f"{k}", "float" if k % 2 else "double") for k, loop in enumerate(loops)]
+    found = [_source(loop, folder / f"{k}", "float" if k % 2 else "double") for k, loop in enumerate(loops)]
+    fixed = {"q31": ("PID", FixedPoint()), "q15": ("paper", FixedPoint(factor=16))}
+    return [*found, *(_source(arm_loops()[name], folder / key, kind) for key, (name, kind) in fixed.items())]
 
 
 @pytest.mark.skipif(CPPCHECK is None, reason="there is no cppcheck")
 def test_cppcheck_with_the_misra_rules_finds_nothing(sources: list[Path]) -> None:
-    assert {source.name: found for source in sources if (found := _cppcheck(source))} == {}
+    assert {str(source): found for source in sources if (found := _cppcheck(source))} == {}
 
 
 @pytest.mark.skipif(TIDY is None, reason="there is no clang-tidy")
 def test_clang_tidy_finds_nothing(sources: list[Path]) -> None:
-    assert {source.name: found for source in sources if (found := _tidy(source))} == {}
+    assert {str(source): found for source in sources if (found := _tidy(source))} == {}
 
 
 @pytest.mark.skipif(CPPCHECK is None, reason="there is no cppcheck")

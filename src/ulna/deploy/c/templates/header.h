@@ -16,12 +16,9 @@ extern const char {{ name }}_design[{{ fingerprint|length + 1 }}];
 /* Microseconds from one call of {{ name }}_step to the next. */
 extern const uint32_t {{ name }}_period_us;
 /* Binary points: an integer n stands for n / 2^point SI units. */
-enum
-{
-{% for port, point in points.items() %}
-    {{ name }}_{{ port }}_point = {{ point }}{{ "," if not loop.last }}
+{% for port in points %}
+extern const int32_t {{ name }}_{{ port }}_point;
 {% endfor %}
-};
 {% else %}
 /* Seconds from one call of {{ name }}_step to the next. */
 extern const {{ real }} {{ name }}_period;

@@ -7,6 +7,9 @@
 const char {{ name }}_design[{{ fingerprint|length + 1 }}] = "{{ fingerprint }}";
 {% if fixed %}
 const uint32_t {{ name }}_period_us = {{ (hardware.period * 1e6)|round|int }}U;
+{% for port, point in points.items() %}
+const int32_t {{ name }}_{{ port }}_point = {{ point }};
+{% endfor %}
 {% else %}
 const {{ real }} {{ name }}_period = {{ literal(hardware.period) }};
 {% endif %}

@@ -9,27 +9,40 @@ from ulna.program.fixed.integers import IntegerInstruction, IntegerProgram, Step
 _HEADER = """\
 #include <stdint.h>
 """
-_DOWN = """
-/* Divided by 2^by, half a unit rounded up; no sign bit is shifted. */
-static inline int64_t down(int64_t value, int32_t by)
+_WHOLE = """
+/* Divided by 2^by, rounded down; no sign bit is shifted. */
+static inline int64_t whole(int64_t value, uint32_t by)
 {
-    const int64_t sum = value + (INT64_C(1) << (by - 1));
-    return (sum < 0) ? (-1 - ((-1 - sum) >> by)) : (sum >> by);
+    const uint64_t flip = (value < 0) ? UINT64_MAX : UINT64_C(0);
+    const uint64_t shifted = ((uint64_t)value ^ flip) >> by;
+    int64_t part = (int64_t)shifted;
+    if (value < 0)
+    {
+        part = -1 - part;
+    }
+    return part;
 }
 """
-_WHOLE = """
-/* Divided by 2^by, rounded down. */
-static inline int64_t whole(int64_t value, int32_t by)
+_DOWN = """
+/* Divided by 2^by, half a unit rounded up. */
+static inline int64_t down(int64_t value, uint32_t by)
 {
-    return (value < 0) ? (-1 - ((-1 - value) >> by)) : (value >> by);
+    return whole(value + (INT64_C(1) << (by - 1U)), by);
 }
 """
 _SHORT = """
 /* A product of factors of 16 bits divided by 2^by, half a unit rounded up. */
-static inline int32_t product(int32_t a, int32_t b, int32_t by)
+static inline int32_t product(int32_t a, int32_t b, uint32_t by)
 {
-    const int32_t sum = (a * b) + (INT32_C(1) << (by - 1));
-    return (sum < 0) ? (-1 - ((-1 - sum) >> by)) : (sum >> by);
+    const int32_t sum = (a * b) + (INT32_C(1) << (by - 1U));
+    const uint32_t flip = (sum < 0) ? UINT32_MAX : UINT32_C(0);
+    const uint32_t shifted = ((uint32_t)sum ^ flip) >> by;
+    int32_t part = (int32_t)shifted;
+    if (sum < 0)
+    {
+        part = -1 - part;
+    }
+    return part;
 }
 """
 _ROOT = """
@@ -55,13 +68,16 @@ static inline int32_t limited(int32_t value, int32_t low, int32_t high)
     return (value < low) ? low : ((value > high) ? high : value);
 }
 """
+# Of the type of what they go into: the plain 1 would be a char to MISRA.
+_TRUE, _FALSE = "(int32_t)1", "(int32_t)0"
 _SIGNS = {Step.ADD: "+", Step.SUB: "-", Step.MUL: "*", Step.DIV: "/"}
 _COMPARED = {Step.LESS: "<", Step.LESS_EQUAL: "<=", Step.EQUAL: "=="}
 
 
 def integer_header(text: str) -> str:
     """The functions that statements need above them: those that the text calls."""
-    parts = {"down(": _DOWN, "whole(": _WHOLE, "product(": _SHORT, "root(": _ROOT, "limited(": _LIMITED}
+    text += _DOWN if "down(" in text else ""
+    parts = {"whole(": _WHOLE, "down(": _DOWN, "product(": _SHORT, "root(": _ROOT, "limited(": _LIMITED}
     return _HEADER + "".join(part for call, part in parts.items() if call in text)
 
 
@@ -90,7 +106,7 @@ def integer_statements(program: IntegerProgram, inputs: Sequence[str]) -> tuple[
 def _wide(text: str, by: int) -> str:
     """An operand in 64 bits, shifted."""
     wide = f"(int64_t){text}"
-    return wide if by == 0 else f"down({wide}, {by})" if by > 0 else f"({wide} * INT64_C({1 << -by}))"
+    return wide if by == 0 else f"down({wide}, {by}U)" if by > 0 else f"({wide} * INT64_C({1 << -by}))"
 
 
 def _narrow(text: str, by: int) -> str:
@@ -99,7 +115,7 @@ def _narrow(text: str, by: int) -> str:
 
 
 def _scaled(text: str, by: int) -> str:
-    return text if by == 0 else f"down({text}, {by})" if by > 0 else f"({text}) * INT64_C({1 << -by})"
+    return text if by == 0 else f"down({text}, {by}U)" if by > 0 else f"({text}) * INT64_C({1 << -by})"
 
 
 def _expression(each: IntegerInstruction, texts: list[str]) -> str:  # noqa: PLR0911 - one for each kind
@@ -109,17 +125,17 @@ def _expression(each: IntegerInstruction, texts: list[str]) -> str:  # noqa: PLR
         return f"({texts[0]} != 0) ? {chosen[0]} : {chosen[1]}"
     if step in (Step.AND, Step.OR):
         sign = "&&" if step is Step.AND else "||"
-        return f"(({texts[0]} != 0) {sign} ({texts[1]} != 0)) ? 1 : 0"
+        return f"(({texts[0]} != 0) {sign} ({texts[1]} != 0)) ? {_TRUE} : {_FALSE}"
     if step is Step.NOT:
-        return f"({texts[0]} == 0) ? 1 : 0"
+        return f"({texts[0]} == 0) ? {_TRUE} : {_FALSE}"
     if step is Step.FLOOR:
-        return _narrow(f"whole((int64_t){texts[0]}, {shifts[0]})", shifts[-1])
+        return _narrow(f"whole((int64_t){texts[0]}, {shifts[0]}U)", shifts[-1])
     if step is Step.MUL and shifts[2] > 0 and each.short:
-        return f"product({texts[0]}, {texts[1]}, {shifts[2]})"
+        return f"product({texts[0]}, {texts[1]}, {shifts[2]}U)"
     plain = not any(shifts) and step is not Step.MUL
     wide = texts if plain else [_wide(text, by) for text, by in zip(texts, shifts, strict=False)]
     if step in _COMPARED:
-        return f"({wide[0]} {_COMPARED[step]} {wide[1]}) ? 1 : 0"
+        return f"({wide[0]} {_COMPARED[step]} {wide[1]}) ? {_TRUE} : {_FALSE}"
     if step in (Step.MIN, Step.MAX):
         sign = "<" if step is Step.MIN else ">"
         chosen = f"(({wide[0]} {sign} {wide[1]}) ? {wide[0]} : {wide[1]})"
