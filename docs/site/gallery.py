@@ -1,4 +1,4 @@
-"""The gallery: a page for each plant of the catalogue, made from its file: equations, answers with verdicts, a run.
+"""The gallery: a page for each plant of the catalogue, made from its file: equations, answers, a run, a live loop.
 
 `ULNA_GALLERY=cart_pole,duffing make docs` builds the pages of these plants only: seconds instead of minutes.
 """
@@ -10,6 +10,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import suppress
 from html import escape
 from multiprocessing import get_context
 from pathlib import Path
@@ -19,6 +20,7 @@ import sympy as sp
 
 import ulna
 from ulna.base import FormulaError, UlnaError, mathml
+from ulna.page import studio_text
 from ulna.plot import svg_text
 
 ANSWERS = {
@@ -35,7 +37,7 @@ LONGEST = 160  # letters of a value on the page; the whole is in `ulna analyse N
 
 
 def gallery_pages() -> Iterator[tuple[str, str]]:
-    """The overview and the page of each plant."""
+    """The overview, the page of each plant and its live page, by their places."""
     asked = [name for name in os.environ.get("ULNA_GALLERY", "").split(",") if name]
     plants = [model for model in ulna.models() if not asked or model.name in asked]
     rows = [f"| [`{m.name}`]({m.name}.md) | {_cell(m.text)} | {_cell(m.teaches)} |" for m in plants]
@@ -43,24 +45,31 @@ def gallery_pages() -> Iterator[tuple[str, str]]:
     yield "gallery/index.md", "\n".join([*head, "| plant | what it is | what it shows |", "|---|---|---|", *rows, ""])
     sys.path.insert(0, str(Path(__file__).parent))  # where the other processes find this file
     with ProcessPoolExecutor(max_workers=2, mp_context=get_context("spawn")) as crew:
-        for model, page in zip(plants, crew.map(plant_page, [m.name for m in plants]), strict=True):
+        for model, (page, live) in zip(plants, crew.map(plant_pages, [m.name for m in plants]), strict=True):
             yield f"gallery/{model.name}.md", page
+            if live:
+                yield f"gallery/{_live(model.name)}", live
 
 
-def plant_page(name: str) -> str:
-    """The page of one plant."""
+def _live(name: str) -> str:
+    return f"{name}-live.html"
+
+
+def plant_pages(name: str) -> tuple[str, str]:
+    """The page of one plant in Markdown, and the page that drives it as HTML, empty where no controller is found."""
     model = next(m for m in ulna.models() if m.name == name)
     plant = ulna.model(name)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ulna.UlnaWarning)
+        lines, live = _controller(name, plant)
         parts = [
             [f"# {name}", "", f"{escape(_sentence(model.text))} {escape(model.teaches)}", ""],
             [escape(_sentence(f"source: {model.source}")), ""] if model.source else [],
             ["## Equations", "", _equations(plant), "", _parameters(plant), ""],
             ["## What ulna finds", "", *_answers(plant), ""],
-            ["## Controller", "", *_controller(name, plant), ""],
+            ["## Controller", "", *lines, ""],
         ]
-    return "\n".join(line for part in parts for line in part)
+    return "\n".join(line for part in parts for line in part), live
 
 
 def _equations(plant: ulna.System) -> str:
@@ -102,17 +111,31 @@ def _short(value: object) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} …"
 
 
-def _controller(name: str, plant: ulna.System) -> list[str]:
+def _controller(name: str, plant: ulna.System) -> tuple[list[str], str]:
+    """What stands about the controller, and the live page."""
     try:
         made = ulna.controller_for(plant)
         lines = ["```text", str(made.law), *(f"not {kind}: {why}" for kind, why in made.passed.items()), "```", ""]
     except UlnaError as error:
-        return ["No law is found by itself:", "", f"```text\n{error}\n```"]
+        return ["No law is found by itself:", "", f"```text\n{error}\n```"], ""
+    live = _driven(plant, made)
+    link = f"**[Drive it]({_live(name)})**: the loop in your browser; the same as `ulna studio {name}`." if live else ""
     try:
         picture = _run(plant, made)
     except UlnaError:
-        return lines
-    return [*lines, f'<div class="gallery-formulas">{picture}</div>', "", f"`ulna simulate {name} --best`"]
+        return [*lines, link], live
+    shown = [f'<div class="gallery-formulas">{picture}</div>', "", f"`ulna simulate {name} --best`", "", link]
+    return [*lines, *shown], live
+
+
+def _driven(plant: ulna.System, made: ulna.Controller) -> str:
+    """The page on which the loop is driven by hand, with a set point where it takes one; empty where there is none."""
+    with suppress(UlnaError):  # else it holds its operating point
+        made = ulna.controller_for(plant, reference=ulna.SetPoint())
+    try:
+        return studio_text(ulna.Loop(plant=plant, controller=made), paused=True)
+    except UlnaError:
+        return ""
 
 
 def _run(plant: ulna.System, made: ulna.Controller) -> str:
