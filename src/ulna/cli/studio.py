@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from textwrap import shorten
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -18,6 +19,10 @@ from ulna.cli.terminal import progress
 if TYPE_CHECKING:
     from ulna.loop import Loop
     from ulna.system import System
+
+
+LONGEST = 100
+"""Letters of the reason why there is no controller."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,7 +154,8 @@ def _asked(
     except (NoFormError, DesignError) as error:
         if hardware.sampled:
             raise
-        typer.echo(f"no controller: {str(error).splitlines()[0]}", err=True)
+        said = shorten(str(error), LONGEST, placeholder=" …")
+        typer.echo(f"no controller: {said}\n`ulna design {plant.name}` says it whole.", err=True)
         return _run(system, plant, run, design, hardware)
 
 
