@@ -141,6 +141,7 @@ if TYPE_CHECKING:
     from ulna.loop import SafeOutput as SafeOutput
     from ulna.loop import Saturation as Saturation
     from ulna.loop import SlewLimit as SlewLimit
+    from ulna.page import report_page as report_page
     from ulna.page import studio as studio
     from ulna.plants import Model as Model
     from ulna.plants import model as model
@@ -226,7 +227,7 @@ _HOME = {
             Amplifier ConditionalIntegration Deadline EndStop Euler ExactHold Fault Guard Hardware Hold
             InnovationLimit Jitter Loop MeasurementNoise MissedSamples Pwm Quantiser ReferenceRange Report RungeKutta4
             SafeOutput Saturation SlewLimit TIME""",
-        "ulna.page": "studio",
+        "ulna.page": "report_page studio",
         "ulna.plants": "Model model models",
         "ulna.plot": """
             bode plot_phase plot_poles plot_region plot_trajectories plot_trajectory save_figure step_response

@@ -56,6 +56,8 @@ AT_THE_TERMINAL = {
     "worst_cases": "sweep --worst-by",
     "sensitivity": "sweep --sampling",
     "prove": "prove",
+    "report_page": "report",
+    "studio": "studio",
     "model": "models --export",
     "models": "models",
     "read_system": "analyse",
@@ -86,7 +88,7 @@ FOR_PYTHON = {
 }
 """Functions that have no command, and why."""
 
-PACKAGES = ("design", "geometry", "sim", "system", "plants", "plot", "campaign", "certify")
+PACKAGES = ("design", "geometry", "sim", "system", "plants", "plot", "campaign", "certify", "page")
 """Packages whose verbs are gone over; the commands of others have tests of their own."""
 
 

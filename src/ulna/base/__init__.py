@@ -20,7 +20,7 @@ from ulna.base.letters import LETTERS
 from ulna.base.machine import HAS_FORK, HAS_TIMER, cores, lock_alone
 from ulna.base.tables import html_table, number_text
 from ulna.base.units import Dimension, Unit, dimension_text, unit
-from ulna.base.verdict import Status, Verdict, all_of
+from ulna.base.verdict import Status, Verdict, all_of, evidence_label, told_evidence
 
 __all__ = [
     "HAS_FORK",
@@ -43,12 +43,14 @@ __all__ = [
     "all_of",
     "cores",
     "dimension_text",
+    "evidence_label",
     "html_table",
     "lock_alone",
     "mathml",
     "number_text",
     "printable",
     "text_of_file",
+    "told_evidence",
     "unit",
     "whole_file",
 ]

@@ -112,6 +112,36 @@ class Verdict:
         return html_table(rows, title=str(self))
 
 
+_TELLING = ("fails", "open", "reason", "ran_out", "contradiction", "bracket", "observable_while", "tried")
+"""What of the evidence is always shown; the rest on demand."""
+_SAMPLING = frozenset({"points", "seed", "digits", "tolerance", "generically"})
+_OF_A_PROOF = frozenset(
+    {"point", "rank", "rows", "method", "because", "per_output", "manifold", "inputs", "regular", "psi"}
+)
+_LABELS = {"fails": "what fails", "open": "what is open", "ran_out": "the time ran out"}
+
+
+def evidence_label(key: str) -> str:
+    """What stands before a piece of evidence."""
+    return _LABELS.get(key, key.replace("_", " "))
+
+
+def told_evidence(verdict: Verdict, *, whole: bool = False) -> dict[str, Any]:
+    """The evidence that people read, by its label: what was asked, then what was found.
+
+    A counterexample is told whole, of a proof only what bounds it; `whole`: else the telling part.
+    """
+    dropped = _SAMPLING | (_OF_A_PROOF if verdict.holds else frozenset())
+    told = {key: value for key, value in verdict.evidence.items() if key not in dropped}
+    if getattr(told.get("singular"), "is_number", False):
+        del told["singular"]  # singular nowhere
+    return {
+        evidence_label(key): value
+        for key, value in sorted(told.items(), key=lambda item: item[0] not in ("fails", "open"))
+        if value not in (None, (), [], {}) and (whole or key in _TELLING)
+    }
+
+
 def all_of(claim: str, verdicts: tuple[Verdict, ...] | list[Verdict], /, **evidence: Any) -> Verdict:
     """The conjunction: refuted by the first refuted part, else as sure as its least sure part."""
     for status in (Status.REFUTED, Status.UNDECIDED, Status.SUPPORTED):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ulna.base import told_evidence
 from ulna.cli.asked_identifiability import identifiability_answers
 from ulna.cli.asked_plant import plant_of, ranges_of
 from ulna.cli.completion import complete_question
@@ -17,7 +18,6 @@ from ulna.cli.options import AsJson, Exact, PlantOptions, Seconds, Substitute, U
 from ulna.cli.patience import take_time
 from ulna.cli.supervisor import finished, keep
 from ulna.cli.terminal import print_json, progress
-from ulna.cli.wording import evidence_label
 
 if TYPE_CHECKING:
     from ulna.base import Verdict
@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 
 _NESTED = ("zero_dynamics", "dynamic_extension", "rest_points", "linearisation")
 """Answers whose parts hold equations or numbers of their own."""
-
-_TELLING = ("fails", "open", "reason", "ran_out", "contradiction", "bracket", "observable_while", "tried")
-"""What of the evidence is always shown; the rest on demand."""
 
 _COLOURS = {"proved": "green", "refuted": "red", "supported": "yellow", "undecided": "bright_black"}
 
@@ -192,17 +189,6 @@ def _show_rows(rows: Mapping[str, Any], as_json: bool) -> None:
 
 
 def _evidence(verdict: Verdict, exact: bool = False, *, whole: bool = True) -> str:
-    """The evidence as one line: a counterexample whole, of a proof only what bounds it; else the telling part."""
-    sampling = {"points", "seed", "digits", "tolerance", "generically"}
-    proof = {"point", "rank", "rows", "method", "because", "per_output", "manifold", "inputs", "regular", "psi"}
-    dropped = sampling | (proof if verdict.holds else set())
-    told = {key: value for key, value in verdict.evidence.items() if key not in dropped}
-    if getattr(told.get("singular"), "is_number", False):
-        del told["singular"]  # singular nowhere
-    return "; ".join(
-        f"{evidence_label(key)}: {shown(value, exact=exact, limit=300)}"
-        for key, value in sorted(
-            told.items(), key=lambda item: item[0] not in ("fails", "open")
-        )  # what was asked, then what found
-        if value not in (None, (), [], {}) and (whole or key in _TELLING)
-    )
+    """The evidence as one line; see `told_evidence`."""
+    told = told_evidence(verdict, whole=whole)
+    return "; ".join(f"{label}: {shown(value, exact=exact, limit=300)}" for label, value in told.items())

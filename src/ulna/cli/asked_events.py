@@ -71,12 +71,9 @@ def _target(asked: Run, name: str, option: str) -> float:
 
 def target_of(asked: Run, name: str) -> float:
     """Where an output or state is to end, SI: its constant reference, else where the plant is held at rest."""
-    from ulna.sim import rest_values
+    from ulna.report.run_figures import target_of as target
 
-    reference = asked.inputs.get(f"{name}_ref")
-    if isinstance(reference, float):
-        return reference
-    return rest_values(asked.loop.plant.with_parameters(asked.parameters)).get(name, 0.0)
+    return target(asked.loop, name, asked.inputs, asked.parameters)
 
 
 def settled(trajectory: Trajectory, wanted: Sequence[Settling]) -> list[Settled]:

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from textwrap import shorten
 from typing import TYPE_CHECKING
 
 from ulna.base import PlantError, SimulationError
@@ -22,6 +23,10 @@ if TYPE_CHECKING:
     from ulna.loop import Hardware, Loop
     from ulna.sim import Implicit, Taylor
     from ulna.system import Signal, System
+
+
+LONGEST = 100
+"""Letters of the reason why there is no controller."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,6 +99,42 @@ def run_of(
         parameters={name: float(value) for name, value in values.items()},
         engine=_engine(run),
     )
+
+
+def best_run_of(
+    system: System,
+    plant: PlantOptions,
+    run: RunOptions,
+    design: DesignOptions,
+    hardware: HardwareOptions,
+    *,
+    alone: bool,
+) -> Run:
+    """The run that is asked for; where nothing is said of a controller the best there is, else the plant alone.
+
+    Parameters stay in the plant, and references may stay open: a page has a slider for each.
+
+    Raises:
+        UlnaError: as `run_of`; `alone` with a controller.
+    """
+    import typer
+
+    from ulna.base import DesignError, NoFormError
+
+    said = bool(design.law or design.observer or run.controller)
+    if alone and said:
+        raise SimulationError("--alone with a controller", "they exclude each other.", "Leave one of them out.")
+    if said or alone:
+        return run_of(system, plant, run, design, hardware, varied=(), open_references=True)
+    best = replace(design, best=True, set_point=not design.track)
+    try:
+        return run_of(system, plant, run, best, hardware, varied=(), open_references=True)
+    except (NoFormError, DesignError) as error:
+        if hardware.sampled:
+            raise
+        told = shorten(str(error), LONGEST, placeholder=" …")
+        typer.echo(f"no controller: {told}\n`ulna design {plant.name}` says it whole.", err=True)
+        return run_of(system, plant, run, design, hardware, varied=(), open_references=True)
 
 
 def _engine(run: RunOptions) -> Taylor | Implicit | None:

@@ -16,9 +16,6 @@ _LEAST = 40
 _LONGEST = 4_000
 """Characters of a formula that are shown."""
 
-_PARTS = 2_000
-"""Parts of an expression that is written out at all."""
-
 _BREAK = re.compile(r" (?=[+-] )|(?<=[,;]) | (?=[<>=]+ )|(?<=[^*])(?=[*/][^*])")
 """Where a formula may go on in the next line: before a sign, after a comma."""
 
@@ -67,7 +64,9 @@ def shown(value: Any, *, exact: bool = False, limit: int = _LONGEST) -> str:
         exact: fractions in place of decimals of six digits.
         limit: characters after which the rest is left out.
     """
-    text = _joined(_texts(value, exact))
+    from ulna.report.words import value_text
+
+    text = value_text(value, exact=exact)
     return text if len(text) <= limit else f"{text[:limit]}… ({len(text)} characters; --json shows all)"
 
 
@@ -113,44 +112,6 @@ def _columns_of_brackets(line: str, part: str, depths: Sequence[int]) -> list[in
         elif sign == ")" and len(found) > 1:
             found.pop()
     return found
-
-
-def _texts(value: Any, exact: bool) -> Any:
-    import sympy as sp
-
-    from ulna.report.results import plain
-    from ulna.symbolic.formulas import decimal_text, excerpt, is_longer
-
-    if isinstance(value, sp.MatrixBase):
-        return [[_texts(entry, exact) for entry in row] for row in value.tolist()]
-    if isinstance(value, sp.Basic):
-        return excerpt(value, _PARTS) if exact or is_longer(value, _PARTS) else decimal_text(value)
-    if isinstance(value, bool | int | str) or value is None:
-        return value
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    if isinstance(value, complex):
-        return f"{value.real:.6g}{value.imag:+.6g}j"
-    if isinstance(value, Mapping):
-        return {str(key): _texts(part, exact) for key, part in value.items()}
-    if isinstance(value, Sequence):
-        return [_texts(part, exact) for part in value]
-    return plain(value, parts=_PARTS)
-
-
-def _joined(shape: Any) -> str:
-    if shape is None:
-        return "–"
-    if isinstance(shape, dict):
-        return "; ".join(f"{key} = {_joined(part)}" for key, part in shape.items() if part not in ({}, []))
-    if isinstance(shape, list):
-        parts = [part[0] if isinstance(part, list) and len(part) == 1 else part for part in shape]
-        return ", ".join(f"({_joined(part)})" if isinstance(part, list | dict) else _word(part) for part in parts)
-    return _word(shape)
-
-
-def _word(value: Any) -> str:
-    return {"True": "yes", "False": "no", "None": "–"}.get(str(value), str(value))
 
 
 def numbered(notes: Iterable[tuple[int, str]]) -> None:

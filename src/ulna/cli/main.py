@@ -23,6 +23,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "check": ("check:check", "Prove a certificate again, by a second program."),
     "sweep": ("sweep:sweep", "Run a loop many times with whatever varies."),
     "studio": ("studio:studio", "Write a page on which a loop is driven by hand."),
+    "report": ("report:report", "Write all that is known of a plant and its loop on one page."),
     "replay": ("replay:replay", "Compute one run of a sweep again."),
     "export": ("export:app", "Write a loop as C for a processor, or as an FMU."),
     "reproduce": ("reproduce:reproduce", "Recompute the paper, equation by equation."),

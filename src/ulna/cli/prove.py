@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ulna.base import SimulationError
+from ulna.base import SimulationError, evidence_label
 from ulna.cli.asked_plant import plant_in_file, require_in_range
 from ulna.cli.asked_run import run_of
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import AsJson, DesignOptions, HardwareOptions, PlantOptions, RunOptions
 from ulna.cli.terminal import print_json, progress
 from ulna.cli.typed_values import known_name, named_values, quantity, unit_in
-from ulna.cli.wording import evidence_label
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -15,13 +15,13 @@ from ulna.cli.asked_run import Run, run_of
 from ulna.cli.layout import columns, say
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import AsJson, DesignOptions, HardwareOptions, PlantOptions, RunOptions
-from ulna.cli.run_figures import RunFigures, figure_data, figure_lines, figures_of, without_dust
 from ulna.cli.supervisor import kept
 from ulna.cli.terminal import console, print_json, progress
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from ulna.report.run_figures import RunFigures
     from ulna.sim import Crossing, Event, Settling, Trajectory
     from ulna.system import Signal
 
@@ -70,13 +70,15 @@ def simulate(
         ulna simulate one_link_arm --controller-poles=-4,-5,-6 --track --reference "y=0.5*sin(t)"
         ulna simulate one_link_arm --best --initial 1,0,0 --period 1e-3 --limit 24 --encoder 12
     """
+    from ulna.report.run_figures import figure_data, figures_of
+
     system = plant_in_file(plant)
     with progress(f"simulating '{system.name}'"):
         asked = run_of(system, plant, run, design, hardware)
         goals = settlings(asked, settle or [])
         trajectory = _trajectory(asked, run, samples, crossings(event or [], until or []), goals)
         reached = settled(trajectory, goals)
-        figures = figures_of(asked, trajectory)
+        figures = figures_of(asked.loop, trajectory, inputs=asked.inputs, parameters=asked.parameters)
     if out is not None:
         write_trajectory(trajectory, out)
         kept(f"{out} is written")
@@ -140,18 +142,9 @@ def _plot(asked: Run, trajectory: Trajectory, figures: RunFigures | None, path: 
     """The run with its set points and limits."""
     from ulna.plot.save import save_figure
     from ulna.plot.trajectory import plot_trajectory
+    from ulna.report.run_figures import levels_of
 
-    levels = {name: [target] for name, target in (figures.targets if figures else {}).items()}
-    for name, limit in asked.loop.saturation.items():
-        levels[name] = [end for end in (limit.lower, limit.upper) if abs(end) < float("inf")]
-    for stop in () if asked.loop.hardware is None else asked.loop.hardware.end_stops:
-        levels[stop.position] = [stop.lower, stop.upper]
-    # A state that the output repeats has the panel.
-    plant = asked.loop.plant
-    for output, readout in zip(plant.outputs, plant.inline(plant.readouts), strict=True):
-        if output.name in levels and str(readout) in {s.name for s in plant.states}:
-            levels.setdefault(str(readout), levels[output.name])
-    save_figure(plot_trajectory(trajectory, levels=levels), path)
+    save_figure(plot_trajectory(trajectory, levels=levels_of(asked.loop, figures)), path)
 
 
 def _data(trajectory: Trajectory, reached: Sequence[Settled]) -> dict[str, Any]:
@@ -189,6 +182,8 @@ def _estimates(trajectory: Trajectory) -> list[Signal]:
 def _print(trajectory: Trajectory, reached: Sequence[Settled], figures: RunFigures | None) -> None:
     from rich.markup import escape
 
+    from ulna.report.run_figures import figure_lines
+
     system = trajectory.system
     say(f"{system.name}: {trajectory.outcome.text}")
     outputs = (o for o in system.outputs if o not in system.states)
@@ -214,6 +209,8 @@ def _print(trajectory: Trajectory, reached: Sequence[Settled], figures: RunFigur
 def _print_signals(rows: Sequence[tuple[str, Any]]) -> None:
     """A signal a line, numbers below each other; on a narrow terminal its name a line of its own."""
     headings = ("at the start", "at the end", "smallest", "largest")
+    from ulna.report.run_figures import without_dust
+
     widest = max(len(label) for label, _ in rows)
     narrow = widest + 2 + 4 * 14 > columns()
     typer.echo(f"{'' if narrow else ' ' * (widest + 2)}{''.join(f'{heading:>14}' for heading in headings)}".rstrip())

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from textwrap import shorten
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ulna.base import SimulationError
 from ulna.cli.asked_plant import plant_in_file
-from ulna.cli.asked_run import Run, run_of
+from ulna.cli.asked_run import best_run_of, run_of
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import Arithmetic, DesignOptions, HardwareOptions, PlantOptions, RunOptions
 from ulna.cli.terminal import progress
@@ -19,10 +18,6 @@ from ulna.cli.terminal import progress
 if TYPE_CHECKING:
     from ulna.loop import Loop
     from ulna.system import System
-
-
-LONGEST = 100
-"""Letters of the reason why there is no controller."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,13 +80,13 @@ def studio(
             raise SimulationError("--replay", found, "Leave them out.")
         _replayed(replay, number, out=out, certificate=certificate, paused=paused)
         return
-    if alone and (design.law or design.observer or run.controller or beside):
-        raise SimulationError("--alone with a controller", "they exclude each other.", "Leave one of them out.")
+    if alone and beside:
+        raise SimulationError("--alone with --beside", "they exclude each other.", "Leave one of them out.")
     proved = None if certificate is None else read_certificate(certificate)
     system = plant_in_file(plant)
     plain = replace(hardware, arithmetic=Arithmetic.plain) if hardware.sampled and not hardware.arithmetic else hardware
     with progress(f"designing for '{system.name}'"):
-        asked = _asked(system, plant, run, design, plain, alone=alone)
+        asked = best_run_of(system, plant, run, design, plain, alone=alone)
         others = [_other(system, plant, replace(run, controller=each), plain) for each in beside or ()]
     loops = [asked.loop, *others]
     names = [] if len(loops) == 1 else [_title(run, design), *(each.stem for each in beside or ())]
@@ -134,38 +129,8 @@ def _replayed(folder: Path, number: int, *, out: Path | None, certificate: Path 
         raise typer.Exit(1)
 
 
-def _asked(
-    system: System,
-    plant: PlantOptions,
-    run: RunOptions,
-    design: DesignOptions,
-    hardware: HardwareOptions,
-    *,
-    alone: bool,
-) -> Run:
-    """The loop that is asked for; where nothing is said of a controller the best there is, else the plant alone."""
-    from ulna.base import DesignError, NoFormError
-
-    said = bool(design.law or design.observer or run.controller or alone)
-    if said:
-        return _run(system, plant, run, design, hardware)
-    try:
-        return _run(system, plant, run, replace(design, best=True, set_point=True), hardware)
-    except (NoFormError, DesignError) as error:
-        if hardware.sampled:
-            raise
-        said = shorten(str(error), LONGEST, placeholder=" …")
-        typer.echo(f"no controller: {said}\n`ulna design {plant.name}` says it whole.", err=True)
-        return _run(system, plant, run, design, hardware)
-
-
 def _other(system: System, plant: PlantOptions, run: RunOptions, hardware: HardwareOptions) -> Loop:
-    return _run(system, plant, run, DesignOptions(), hardware).loop
-
-
-def _run(system: System, plant: PlantOptions, run: RunOptions, design: DesignOptions, hardware: HardwareOptions) -> Run:
-    # Parameters stay in the plant: the page has a slider for each.
-    return run_of(system, plant, run, design, hardware, varied=(), open_references=True)
+    return run_of(system, plant, run, DesignOptions(), hardware, varied=(), open_references=True).loop
 
 
 def _title(run: RunOptions, design: DesignOptions) -> str:

@@ -143,9 +143,3 @@ def told(error: UlnaError) -> str:
     hints = re.split(r"(?<=[.?]) (?=[A-Z`])", in_terminal_words(error.hint))
     kept = " ".join(hint for hint in hints if hint and not is_python(hint))
     return printable(f"{asked}: {found} {kept}".rstrip())
-
-
-def evidence_label(key: str) -> str:
-    """What stands before a piece of evidence."""
-    words = {"fails": "what fails", "open": "what is open", "ran_out": "the time ran out"}
-    return words.get(key, key.replace("_", " "))

@@ -213,11 +213,11 @@ class Loop:
             rows.append(("drives", ", ".join(s.label for s in self.wiring.driven)))
         for name, signals in (("references", self.references), ("disturbances", self.disturbances)):
             rows += [(name, ", ".join(s.label for s in signals))] if signals else []
-        rows += [(name.replace("_", " "), value) for name, value in self._told_hardware()]
+        rows += [(name.replace("_", " "), value) for name, value in self.told_hardware()]
         equations = display_html(self._repr_latex_())
         return f"""{html_table(rows, title=f"Loop of '{self.plant.name}'")}{equations}"""
 
-    def _told_hardware(self) -> list[tuple[str, object]]:
+    def told_hardware(self) -> list[tuple[str, object]]:
         """What the hardware has beyond its defaults."""
         plain = Hardware()
         given = [(each.name, getattr(self._hardware, each.name)) for each in fields(Hardware)]

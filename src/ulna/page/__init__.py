@@ -2,7 +2,18 @@
 
 from ulna.page.embedding import json_text
 from ulna.page.replay import replay_data
+from ulna.page.report import report_page, report_text
 from ulna.page.script import LoopScript, loop_script, runtime_script
 from ulna.page.writing import studio, studio_text
 
-__all__ = ["LoopScript", "json_text", "loop_script", "replay_data", "runtime_script", "studio", "studio_text"]
+__all__ = [
+    "LoopScript",
+    "json_text",
+    "loop_script",
+    "replay_data",
+    "report_page",
+    "report_text",
+    "runtime_script",
+    "studio",
+    "studio_text",
+]

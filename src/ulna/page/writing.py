@@ -78,10 +78,10 @@ def studio(
         paused=paused, check=check,
     )  # fmt: skip
     if out is not None:
-        return _written(Path(out), made)
+        return written(Path(out), made)
     handle, name = tempfile.mkstemp(prefix="ulna-", suffix=".html")
     os.close(handle)
-    path = _written(Path(name), made)
+    path = written(Path(name), made)
     if not _opened(path):
         warnings.warn(f"there is no browser to open here: the page is the file {path}.", UlnaWarning, stacklevel=2)
     return path
@@ -120,7 +120,7 @@ def studio_text(
     scripts = [
         loop_script(
             body if body.controller is not None or body.hardware is not None else body.plant,
-            initial=_start(body, start, settled=initial is None), parameters=parameters,
+            initial=start_of(body, start, settled=initial is None), parameters=parameters,
             inputs=_own(body, inputs, pushes), pushes=pushes, check=check,
         )
         for body in bodies
@@ -221,7 +221,7 @@ def named_states(plant: System, given: Any) -> dict[str, float]:
     return dict(zip(names, row, strict=True))
 
 
-def _start(body: Loop, start: Mapping[str, float], *, settled: bool) -> dict[str, float]:
+def start_of(body: Loop, start: Mapping[str, float], *, settled: bool) -> dict[str, float]:
     """The start with the estimates of this loop's controller; of what is given, what this loop has.
 
     `settled`: the estimates begin where the states do, as after a while of rest; else where `simulate` begins them.
@@ -262,7 +262,12 @@ def _estimates_drawn(facts: Mapping[str, Any]) -> bool:
     )
 
 
-def _written(path: Path, text: str) -> Path:
+def written(path: Path, text: str) -> Path:
+    """The file, written whole or not at all.
+
+    Raises:
+        SimulationError: it cannot be written.
+    """
     try:
         with whole_file(path) as file:
             file.write(text.encode())

@@ -9,6 +9,7 @@ from ulna.report.document import (
     Document,
     Fold,
     Formula,
+    Frame,
     Link,
     Picture,
     Row,
@@ -20,6 +21,7 @@ from ulna.report.document import (
 from ulna.report.folder import output_folder
 from ulna.report.page import render_page
 from ulna.report.results import plain, results_text
+from ulna.report.words import value_text, verbatim
 
 __all__ = [
     "Badge",
@@ -29,6 +31,7 @@ __all__ = [
     "Document",
     "Fold",
     "Formula",
+    "Frame",
     "Link",
     "Picture",
     "Row",
@@ -40,5 +43,7 @@ __all__ = [
     "plain",
     "render_page",
     "results_text",
+    "value_text",
+    "verbatim",
     "with_decimals",
 ]

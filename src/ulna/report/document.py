@@ -92,6 +92,19 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Frame:
+    """A whole page inside this one, which runs apart from it: its scripts reach nothing outside.
+
+    Attributes:
+        html: the text of the page, with a security policy of its own.
+        title: what it is, for those who cannot see it.
+    """
+
+    html: str
+    title: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Fold:
     """Blocks that are shown when their title is opened."""
 
@@ -118,7 +131,7 @@ class Row:
     blocks: tuple[Block, ...]
 
 
-Block = Text | Formula | Table | Picture | Fold | Card | Row
+Block = Text | Formula | Table | Picture | Frame | Fold | Card | Row
 """One piece of a section."""
 
 

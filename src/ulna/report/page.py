@@ -60,9 +60,9 @@ def _environment() -> Any:  # a jinja2.Environment
 
 
 def _with_formulas(text: str) -> Markup:
-    """The text, escaped, with what stands between dollar signs set as formulas."""
+    r"""The text, escaped, with what stands between dollar signs set as formulas; `\$` is a dollar sign."""
     parts = _INLINE.split(text)
-    pieces = (Markup(mathml(p)) if i % 2 else escape(p) for i, p in enumerate(parts))  # noqa: S704 (escapes by itself)
+    pieces = (Markup(mathml(p)) if i % 2 else escape(p.replace(r"\$", "$")) for i, p in enumerate(parts))  # noqa: S704 (escapes by itself)
     return Markup("").join(pieces)
 
 

@@ -2,6 +2,7 @@
 
 from ulna.system.affine import NON_SMOOTH, ControlAffine, control_affine, require_continuous
 from ulna.system.connection import connect
+from ulna.system.equations import system_latex
 from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
 from ulna.system.equilibrium_range import Equilibria, equilibria
 from ulna.system.equilibrium_search import equilibrium
@@ -64,6 +65,7 @@ __all__ = [
     "substitute_input",
     "system_from_mapping",
     "system_kernel",
+    "system_latex",
     "system_to_mapping",
     "to_si",
     "with_uses",

@@ -10,10 +10,10 @@ from ulna.system.system import System
 _SIGNS = str.maketrans({"*": "·", "^": ""} | dict(zip("-123456789", "⁻¹²³⁴⁵⁶⁷⁸⁹", strict=True)))
 
 
-def system_latex(system: System) -> str:
-    """`equations`, then the parameters' values, in a display environment."""
-    values = [_value_latex(p.name, p.value, p.unit) for p in system.parameters if p.value is not None]
-    return equations_latex(equations(system), rf"\text{{with }} {', '.join(values)}" if values else "")
+def system_latex(system: System, *, values: bool = True) -> str:
+    """`equations`, then, with `values`, those of the parameters, in a display environment."""
+    told = [_value_latex(p.name, p.value, p.unit) for p in system.parameters if p.value is not None]
+    return equations_latex(equations(system), rf"\text{{with }} {', '.join(told)}" if told and values else "")
 
 
 def equations(system: System) -> list[tuple[str, sp.Expr]]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from ulna.plants import hold, torque_margin
-from ulna.report import Badge, Block, Cell, Document, Fold, Picture, Section, Table, Text, Tone
+from ulna.report import Badge, Block, Cell, Document, Fold, Picture, Section, Table, Text, Tone, verbatim
 from ulna.studies.prosthesis.baselines import VISUAL_DELAY
 from ulna.studies.prosthesis.comparison import Comparison
 from ulna.studies.prosthesis.hardware import NOISE
@@ -246,8 +246,7 @@ def _muscles(pictures: Mapping[str, str], said: str) -> tuple[Block, ...]:
             "speed in proportion to their difference, held inside the range of motion; the load-robust compensator "
             "follows."
         ),
-        # Between dollar signs the page sets formulas; names of columns are none.
-        Text(text=f"Read: {said.replace('$', '')}."),
+        Text(text=f"Read: {verbatim(said)}."),
         Picture(
             svg=pictures["muscles"],
             caption="Muscle signals, activations, and the angle wanted (dashed) and reached.",

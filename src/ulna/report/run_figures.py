@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import asdict, dataclass
+from typing import Any
 
-from ulna.cli.asked_events import target_of
-from ulna.cli.asked_run import Run
-
-if TYPE_CHECKING:
-    from ulna.sim import InputMetrics, OutputMetrics, Trajectory
+from ulna.loop import Loop
+from ulna.sim import (
+    InputMetrics,
+    OutputMetrics,
+    Trajectory,
+    as_input,
+    input_metrics,
+    input_values,
+    output_metrics,
+    rest_values,
+)
+from ulna.system import controlled_part
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,34 +37,57 @@ class RunFigures:
     following: Mapping[str, tuple[float, float]]
 
 
-def figures_of(asked: Run, trajectory: Trajectory) -> RunFigures | None:
-    """The figures of a run under a controller; None of a plant alone or with an observer only."""
-    from ulna.sim import input_metrics, output_metrics
-    from ulna.system import controlled_part
+def target_of(loop: Loop, name: str, inputs: Mapping[str, Any], parameters: Mapping[str, float]) -> float:
+    """Where an output or state is to end, SI: its constant reference, else where the plant is held at rest."""
+    reference = inputs.get(f"{name}_ref")
+    if isinstance(reference, float):
+        return reference
+    return rest_values(loop.plant.with_parameters(parameters)).get(name, 0.0)
 
-    loop = asked.loop
+
+def figures_of(
+    loop: Loop, trajectory: Trajectory, *, inputs: Mapping[str, Any], parameters: Mapping[str, float]
+) -> RunFigures | None:
+    """The figures of a run under a controller; None of a plant alone or with an observer only.
+
+    Args:
+        loop, trajectory: what ran and how. inputs, parameters: what the run was given, SI by name.
+    """
     driven = () if loop.controller is None else loop.wiring.driven
     if not driven or len(trajectory.times) < 2:
         return None
     targets, outputs, following = {}, {}, {}
     for signal in controlled_part(loop.plant).outputs:
         name = signal.name
-        reference = asked.inputs.get(f"{name}_ref")
+        reference = inputs.get(f"{name}_ref")
         values = trajectory[name]
         if reference is None or isinstance(reference, float):
-            targets[name] = target_of(asked, name)
+            targets[name] = target_of(loop, name, inputs, parameters)
             outputs[name] = output_metrics(trajectory.times, values, targets[name])
         else:
             error = values - _along(reference, trajectory)
             following[name] = (float(abs(error).max()), float(error[-1]))
-    inputs = {s.name: input_metrics(trajectory.times, trajectory[s.name]) for s in driven}
-    return RunFigures(targets=targets, outputs=outputs, inputs=inputs, following=following)
+    efforts = {s.name: input_metrics(trajectory.times, trajectory[s.name]) for s in driven}
+    return RunFigures(targets=targets, outputs=outputs, inputs=efforts, following=following)
+
+
+def levels_of(loop: Loop, figures: RunFigures | None) -> dict[str, list[float]]:
+    """By signal what a drawing of the run marks: set points, limits, end stops, SI."""
+    levels = {name: [target] for name, target in (figures.targets if figures else {}).items()}
+    for name, limit in loop.saturation.items():
+        levels[name] = [end for end in (limit.lower, limit.upper) if abs(end) < math.inf]
+    for stop in () if loop.hardware is None else loop.hardware.end_stops:
+        levels[stop.position] = [stop.lower, stop.upper]
+    # A state that the output repeats has the panel.
+    states = {s.name for s in loop.plant.states}
+    for output, readout in zip(loop.plant.outputs, loop.plant.inline(loop.plant.readouts), strict=True):
+        if output.name in levels and str(readout) in states:
+            levels.setdefault(str(readout), levels[output.name])
+    return levels
 
 
 def _along(reference: object, trajectory: Trajectory) -> object:
     """(N,) the values of a reference that is a formula of time."""
-    from ulna.sim import as_input, input_values
-
     return input_values(as_input("reference", reference), trajectory.times, trajectory.parameters)
 
 
@@ -99,8 +129,6 @@ def _with_unit(value: float, unit: str | None) -> str:
 
 def figure_data(found: RunFigures) -> dict[str, object]:
     """The same for machines; infinite where an output does not settle."""
-    from dataclasses import asdict
-
     return {
         "outputs": {name: {"target": found.targets[name]} | asdict(each) for name, each in found.outputs.items()},
         "following": {name: {"largest": a, "last": b} for name, (a, b) in found.following.items()},
