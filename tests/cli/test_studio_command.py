@@ -6,7 +6,7 @@ from pathlib import Path
 
 from terminal import ulna, written
 
-from ulna.cli.studio import LONGEST
+from ulna.cli.asked_run import LONGEST
 
 
 def test_a_plant_without_a_controller_is_shown_with_the_reason_in_one_line(tmp_path: Path) -> None:
