@@ -106,6 +106,7 @@ if TYPE_CHECKING:
     from ulna.geometry import observable_decomposition as observable_decomposition
     from ulna.geometry import one_form as one_form
     from ulna.geometry import relative_degree as relative_degree
+    from ulna.identification import Excitation as Excitation
     from ulna.identification import Fit as Fit
     from ulna.identification import GlobalStart as GlobalStart
     from ulna.identification import Identifiability as Identifiability
@@ -113,6 +114,7 @@ if TYPE_CHECKING:
     from ulna.identification import MultipleShooting as MultipleShooting
     from ulna.identification import Record as Record
     from ulna.identification import Robust as Robust
+    from ulna.identification import excite as excite
     from ulna.identification import identifiability as identifiability
     from ulna.identification import identify as identify
     from ulna.identification import read_record as read_record
@@ -221,8 +223,8 @@ _HOME = {
             integrate involutive lie_bracket lie_derivative observability observable_decomposition one_form
             OneForm relative_degree""",
         "ulna.identification": """
-            Fit GlobalStart Identifiability identifiability IdentificationError identify MultipleShooting
-            read_record Record Robust sensitivities""",
+            Excitation excite Fit GlobalStart Identifiability identifiability IdentificationError identify
+            MultipleShooting read_record Record Robust sensitivities""",
         "ulna.loop": """
             Amplifier ConditionalIntegration Deadline EndStop Euler ExactHold Fault Guard Hardware Hold
             InnovationLimit Jitter Loop MeasurementNoise MissedSamples Pwm Quantiser ReferenceRange Report RungeKutta4

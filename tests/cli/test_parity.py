@@ -63,6 +63,7 @@ AT_THE_TERMINAL = {
     "read_system": "analyse",
     "write_system": "design --out",
     "with_uses": "analyse --output",
+    "excite": "excite --free",
 }
 """Command and flag of each function; empty where it is for Python alone."""
 

@@ -25,6 +25,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "studio": ("studio:studio", "Write a page on which a loop is driven by hand."),
     "report": ("report:report", "Write all that is known of a plant and its loop on one page."),
     "replay": ("replay:replay", "Compute one run of a sweep again."),
+    "excite": ("excite:excite", "Find the input from which parameters come out most surely."),
     "export": ("export:app", "Write a loop as C for a processor, or as an FMU."),
     "reproduce": ("reproduce:reproduce", "Recompute the paper, equation by equation."),
     "study": ("study:app", "Compare controllers of a powered prosthesis."),

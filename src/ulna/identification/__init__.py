@@ -2,6 +2,7 @@
 
 from ulna.identification.combinations import Combination
 from ulna.identification.errors import IdentificationError
+from ulna.identification.excitation import Excitation, excite
 from ulna.identification.experiment import Motion
 from ulna.identification.extent import Extent, ParameterAnswer
 from ulna.identification.fit import Estimate, Fit, HeldOut, Ranked, compared
@@ -19,6 +20,7 @@ from ulna.identification.structural import Identifiability, identifiability
 __all__ = [
     "Combination",
     "Estimate",
+    "Excitation",
     "Experiment",
     "Extent",
     "Fit",
@@ -40,6 +42,7 @@ __all__ = [
     "as_record",
     "as_records",
     "compared",
+    "excite",
     "identifiability",
     "identify",
     "read_record",
