@@ -13,6 +13,7 @@ from ulna.deploy.errors import DeployError
 from ulna.deploy.names import c_name, c_names
 from ulna.loop import Amplifier, Hardware, Loop, fingerprint
 from ulna.program import Fused, Kernel, Plain, Precision, Unwritten, bound, restricted, to_numpy
+from ulna.sim import begun
 from ulna.system import Signal
 
 SHORTEST = 1e-7
@@ -243,6 +244,8 @@ def _initial(loop: Loop, memory: list[str], given: Mapping[str, float]) -> dict[
             f"Known: {', '.join(names)}.",
         )
     values = dict.fromkeys(memory, 0.0)
-    for name, value in {**loop.initial, **given}.items():
+    # An estimator in coordinates of its own starts where its estimates are 0, as in the simulation.
+    started = {name: float(rows[0]) for name, rows in begun(loop, given).items()}
+    for name, value in {**loop.initial, **started}.items():
         values |= {slot: float(value) for slot in names[name] if slot in values}
     return values
