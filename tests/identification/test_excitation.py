@@ -66,6 +66,14 @@ def test_repeated_slopes_tell_nothing(best):
     assert told.hidden.tolist() == [True, True, False]
 
 
+def test_an_input_that_goes_one_way_only_begins_at_its_limit(servo):
+    limits = LIMITS | {"u": (0.0, 6.0)}
+    found = ulna.excite(servo, ["m2"], limits=limits, duration=1.0, samples=50, initial={"theta": HANGING}, tries=4)
+    assert found.inputs["u"].values.min() >= 0.0
+    assert found.standard_errors["m2"] <= found.step_errors["m2"] < np.inf
+    assert max(found.reached.values()) <= 1.0
+
+
 def test_the_table_is_read_back(best):
     title, *rows = best.csv().splitlines()
     assert title == "time [s],u [V]"

@@ -241,12 +241,13 @@ class _Task:
             start = self._rest[name] if name in self._rest else float(rows[name][0])
             self._inside(name, start)
             away = rows[name] - start
-            found[name] = float(max(away.max() / (upper - start), -away.min() / (start - lower)))
+            ways = ((float(away.max()), upper - start), (-float(away.min()), start - lower))
+            found[name] = max((used / room if room > 0 else np.inf) if used > 0 else 0.0 for used, room in ways)
         return found
 
     def _inside(self, name: str, start: float) -> None:
         lower, upper = self._bounds[name]
-        if not lower < start < upper:
+        if not lower <= start <= upper:
             found = f"the start, {start:g}, is not between {lower:g} and {upper:g}."
             raise IdentificationError(f"limit of '{name}'", found, "Begin elsewhere, or widen the limit.")
 
