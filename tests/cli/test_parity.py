@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from typing import Any
 
 import pytest
 from typer.main import get_command
@@ -110,6 +111,7 @@ def test_every_verb_has_its_command_or_a_reason():
 @pytest.mark.parametrize(("verb", "typed"), [row for row in AT_THE_TERMINAL.items() if row[1]])
 def test_a_named_command_has_its_flag(verb, typed):
     command, *flags = typed.split()
-    found = get_command(app).commands[command]
+    commands: Any = get_command(app)
+    found = commands.commands[command]
     options = {name for parameter in found.params for name in parameter.opts}
     assert set(flags) <= options, (verb, flags)
