@@ -56,6 +56,9 @@ AT_THE_TERMINAL = {
     "settled_fraction": "sweep",
     "worst_cases": "sweep --worst-by",
     "sensitivity": "sweep --sampling",
+    "identifiability": "analyse --identify",
+    "identify": "identify",
+    "read_record": "identify --column",
     "prove": "prove",
     "report_page": "report",
     "studio": "studio",
@@ -84,13 +87,14 @@ FOR_PYTHON = {
     "one_form": "one-forms as values",
     "plot_trajectories": "several runs in one figure; the terminal runs one",
     "plot_phase": "a figure for notebooks",
+    "sensitivities": "slopes along a run, used inside fits",
     "save_figure": "every command that draws saves",
     "system_from_mapping": "a plant file is that mapping",
     "to_control": "to another library",
 }
 """Functions that have no command, and why."""
 
-PACKAGES = ("design", "geometry", "sim", "system", "plants", "plot", "campaign", "certify", "page")
+PACKAGES = ("design", "geometry", "sim", "system", "plants", "plot", "campaign", "certify", "identification", "page")
 """Packages whose verbs are gone over; the commands of others have tests of their own."""
 
 

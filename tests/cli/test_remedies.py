@@ -20,6 +20,7 @@ NOT_AT_THE_TERMINAL = {
     "campaign/plans/probability.py": "distributions are made from text",
     "campaign/runs/experiment.py": "windows and engines of a campaign have no option",
     "campaign/runs/measures.py": "windows have no option",
+    "deploy/compiled.py": "compiled engines are for Python",
     "loop/fitted.py": "a guard has no option",
     "loop/loop.py": "a loop is made from options",
     "loop/watches.py": "a guard has no option",

@@ -17,6 +17,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "new": ("new:new", "Write a commented plant file to begin with."),
     "models": ("list_models:list_models", "List, search and export plants of the catalogue."),
     "analyse": ("analyse:analyse", "Say what a plant is and what can be done with it."),
+    "identify": ("identify:identify", "Find parameters of a plant from logs, and how surely."),
     "design": ("design:design", "Design a law, an observer, or both."),
     "simulate": ("simulate:simulate", "Run a plant alone or in a loop, with its hardware."),
     "prove": ("prove:prove", "Prove which runs of a loop converge."),

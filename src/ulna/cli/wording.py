@@ -38,6 +38,7 @@ _WORDS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"Hardware\(period=\.\.\.\)", "--period"),
     (r"or Hardware\(\): a processor then", "or --period: a processor then"),
     (r"Leave Hardware\(saturation=\.\.\.\) out\.", "Leave --limit out."),
+    (r"saturation=Saturation\(\.\.\.\)", "--limit"),
     (r"Pwm\([^)]*\) with pulses", "--pwm with pulses"),
     (r"Pwm\([^)]*\)", "--pwm"),
     # Values.
@@ -49,6 +50,7 @@ _WORDS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     ),
     (r"(Give(?: both bounds:)?) Over\(parameters=\{'(\w+)': \(([^,]*), ([^)]*)\)\}\)", r"\1 --over \2=\3..\4"),
     (r"Build the loop from the plant before `with_values\(\)`\.", "Name a parameter of the plant."),
+    (r"Prove Region\(\) or StableWithin\(box=\{\.\.\.\}\)", "Leave --global out"),
     (r"Give StableWithin\(box=\{'(\w+)': ([\d.]+)\}\)", r"Give --within \1=\2"),
     # Engines.
     (
@@ -107,6 +109,17 @@ _WORDS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (rf"sweep\(batch_size={_NUMBER}\)", r"--batch-size \1"),
     (r"DaskWorkers\(\)", "--scheduler"),
     (r"Give version=3 or version=2\.", "Give --fmi 3 or --fmi 2."),
+    # Fits.
+    (r'names=\{"([^"]*)": "([^"]*)"\}', r"--column \1=\2"),
+    (r'units=\{"([^"]*)": "([^"]*)"\}', r"--unit \1=\2"),
+    (r"\blost=True", "--lost"),
+    (r"leave the parameter out of free=\[…\]", "leave the parameter out of --free"),
+    (r"Leave it out of outputs=\[…\]", "Choose others with --measured"),
+    (r"initial=\{…\}", "--initial"),
+    (r"priors=\{…\}", "--prior"),
+    (r"shooting=MultipleShooting\(\)", "--multiple-shooting"),
+    (r"start=GlobalStart\(\)", "--global-start"),
+    (r'inputs=\{"(\w+)": ([^}]*)\}', r"--input \1=\2"),
     # Recordings.
     (r"\brate=([.\d]+)", r"--rate \1"),
     (rf"\bmains={_NUMBER}", r"--mains \1"),

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ulna.base import html_table
 from ulna.identification.errors import IdentificationError
 from ulna.identification.recorded_experiment import Experiment
 from ulna.identification.residual_tests import ResidualTest
@@ -145,6 +146,19 @@ class Fit:
         rows += [] if self.converged else [f"  not converged: {self.stopped}"]
         rows += [f"  {note}" for note in self.notes]
         return "\n".join(rows)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (e.name, e.value, e.std, e.low, e.high, e.unit, e.reason or "known")
+            if e.known
+            else (e.name, e.value, "", "", "", e.unit, f"not told: {e.reason}")
+            for e in self.estimates
+        ]
+        headings = ("parameter", "estimate", "standard error", "from", "to", "unit", "verdict")
+        below = [f"{test.output}: {test.text}" for test in self.tests]
+        below += [f"held out {h.record}: {_shares(h)}" for h in self.held_out]
+        below += [*([] if self.converged else [f"not converged: {self.stopped}"]), *self.notes]
+        return html_table(rows, title=f"Fit of '{self.system.name}'", headings=headings, below=below)
 
 
 def _shares(held: HeldOut) -> str:

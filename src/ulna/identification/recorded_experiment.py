@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,8 @@ def measured_system(system: System, records: Sequence[Record], outputs: Sequence
     if outputs is None:
         shared = set.intersection(*(set(record.columns) for record in records))
         chosen = [s.name for s in system.outputs if s.name in shared and s.measured]
+        if not chosen:
+            _refuse_misspelt(system, records[0])
         chosen = chosen or [s.name for s in system.states if s.name in shared]
         if not chosen:
             wanted = [s.name for s in system.outputs] or [s.name for s in system.states]
@@ -62,6 +65,15 @@ def measured_system(system: System, records: Sequence[Record], outputs: Sequence
                 raise IdentificationError(f"output '{name}'", f"'{system.name}' has none of this name.", known)
     picked = [signals[name] for name in chosen]
     return replace(system, outputs=tuple(s for s, _ in picked), readouts=tuple(e for _, e in picked))
+
+
+def _refuse_misspelt(system: System, record: Record) -> None:
+    """A column that is nearly called like an output is no reason to look at the states in its place."""
+    known = {s.name for s in (*system.states, *system.inputs, *system.outputs)}
+    strange = [title.lower() for title in record.columns if title not in known]
+    for signal in system.outputs:
+        if signal.measured and get_close_matches(signal.name.lower(), strange, n=1, cutoff=0.7):
+            raise missing_column(record.name, signal.name, list(record.columns))
 
 
 def experiments(system: System, records: Sequence[Record], constant: Mapping[str, Any]) -> tuple[Experiment, ...]:
