@@ -46,6 +46,10 @@ def law(arm):
     return ulna.state_feedback(ulna.controller_form(arm), ulna.Poles("-2+3.46j", "-2-3.46j", -8))
 
 
+HOLDING = -17.64
+"""A, the current at the operating point: what is not typed starts there, plant and estimates alike."""
+
+
 def test_a_sampled_run_is_that_of_the_library(arm, law):
     asked = ["--limit", "24", "--encoder", "12", "--delay", "5e-4", "--seed", "7", "--noise", "1e-4"]
     asked += ["--slew", "2e4", "--jitter", "1e-4", "--missed", "0.01", "--pwm", "20e3:24"]
@@ -61,7 +65,7 @@ def test_a_sampled_run_is_that_of_the_library(arm, law):
         drive=Pwm(frequency=20e3, supply=24.0),
     )
     loop = Loop(plant=arm, controller=ulna.compensator(law, observer), hardware=hardware)
-    run = simulate(loop, [1, 0, 0], 0.5, seed=7)
+    run = simulate(loop, {"theta": 1, "omega": 0, "i": 0, "i_hat": HOLDING}, 0.5, seed=7)
     assert np.array_equal(theta(*PROCESSOR, *asked), run["theta"])
     # The seed is what noise and clock follow.
     assert not np.array_equal(theta(*PROCESSOR, *asked, "--seed", "8"), run["theta"])
@@ -71,7 +75,7 @@ def test_an_observer_is_held_exactly(arm, law):
     observer = ulna.injected_observer(ulna.observer_form(arm), ulna.Poles(-9, -10, -11))
     hardware = Hardware(period=1e-3, discretisation=ExactHold())
     loop = Loop(plant=arm, controller=ulna.compensator(law, observer), hardware=hardware)
-    run = simulate(loop, {"theta": 1, "omega": 0, "i": 0, "theta_hat": 0.8}, 0.5)
+    run = simulate(loop, {"theta": 1, "omega": 0, "i": HOLDING, "theta_hat": 0.8, "i_hat": HOLDING}, 0.5)
     found = theta(*PROCESSOR, "--discretise", "exact", "--initial", "theta=1, theta_hat=0.8")
     assert np.array_equal(found, run["theta"])
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import subprocess
 from dataclasses import replace
@@ -126,11 +127,13 @@ def test_faults_and_reactions_ship_and_the_folder_tells_them(tmp_path: Path) -> 
     assert [port.name for port in made.inputs] == ["y", "y_ref", "elapsed"]
     good, late, strange, far = [0.0, 0.1, 1e-3, 0], [0.0, 0.1, 1.2e-3, 0], [0.0, 0.6, 1e-3, 0], [3.0, 0.1, 1e-3, 0]
     missed, broken = [0.0, 0.1, 1e-3, 1], [np.nan, 0.1, 1e-3, 0]
-    rows = [good, late, strange, missed, missed, missed, broken, *[far] * 6, *[good] * 3000]
+    hanging = [math.acos(0.5 / 17.64), 0.1, 1e-3, 0]  # where the arm comes to rest under -0.5 V
+    rows = [good, late, strange, missed, missed, missed, broken, *[far] * 6, *[hanging] * 3000]
     answer = made.run(np.array(rows))
     assert answer[:13, -1].tolist() == [0, 4, 8, 0, 0, 2, 1, 0, 0, 0, 0, 16, 16]
     assert [answer[k, 0] for k in (1, 5, 6, 12)] == [0.5, 0.5, 0.0, -0.5]
-    assert answer[-1, -1] == 0
+    assert answer[13, -1] == 16
+    assert 0 in answer[14:, -1]  # the estimate has found the arm again
     text = (tmp_path / "c" / "README.md").read_text()
     for line in (
         "More than 2 in a row: `fault` has bit 2 and 0.5 is commanded until the next sample comes",

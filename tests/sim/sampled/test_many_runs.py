@@ -59,7 +59,11 @@ def _random() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _same(one: Ensemble, other: Ensemble, rows: np.ndarray | slice = slice(None)) -> bool:
-    arrays = [f.name for f in fields(Ensemble) if f.name not in {"system", "horizon", "input_names", "times", "paths"}]
+    arrays = [
+        f.name
+        for f in fields(Ensemble)
+        if f.name not in {"system", "plant", "horizon", "input_names", "times", "paths"}
+    ]
     return all(np.array_equal(getattr(one, name)[rows], getattr(other, name), equal_nan=True) for name in arrays)
 
 
