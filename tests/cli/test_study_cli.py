@@ -40,7 +40,7 @@ def test_the_quick_study_on_counts_of_a_converter_writes_a_page_that_needs_nothi
     assert "index.html" in result.stdout
     page = (out / "index.html").read_text(encoding="utf-8")
     assert "animateTransform" in page
-    assert "<script" not in page
+    assert page.count("<script") == page.count("<script>for (const figure of") == 1  # our own, which stops a motion
     assert not re.search(r"(?:src|href)=\"https?:", page)
     results = json.loads((out / "results.json").read_text(encoding="utf-8"))
     assert list(results["presets"]) == ["transhumeral_elbow"]
