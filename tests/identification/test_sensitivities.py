@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import ulna
 from ulna.identification import IdentificationError, sensitivities
 from ulna.plants import model
 from ulna.sim import Formula, Held, Interpolated, simulate
@@ -162,3 +163,19 @@ def test_a_catalogue_plant_by_its_name_and_any_holder_of_a_system() -> None:
     name = plant.parameters[0].name
     found = sensitivities(plant, [0.1] * len(plant.states), np.linspace(0, 1, 5), along=[name])
     assert found.finished
+
+
+@pytest.mark.parametrize("start", [-1.0, 0.0])
+def test_a_motion_without_a_first_step_is_nan_from_its_start(start) -> None:
+    tank = system_from_mapping(
+        {
+            "format": 1,
+            "name": "tank",
+            "parameters": {"a": 1},
+            "states": {"h": "-a*sqrt(h)"},
+            "outputs": {"y": "h"},
+        }
+    )
+    found = ulna.sensitivities(tank, [start], np.linspace(0, 3, 31), along=["a"]).outputs[:, 0]
+    assert found[0] == start
+    assert np.isnan(found[1:]).all()

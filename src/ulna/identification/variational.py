@@ -157,7 +157,8 @@ class TaylorSteps:
                 grid = np.concatenate(([integrator.time], times[inside], [end]))
                 code, *_, found = integrator.propagate_grid(grid, max_steps=MOST_STEPS, max_delta_t=longest)
                 if code != reached:
-                    rows[inside][: len(found) - 1] = found[1 : 1 + inside.stop - inside.start]
+                    ahead = found[1 : 1 + inside.stop - inside.start]  # none where the first step failed
+                    rows[inside.start : inside.start + len(ahead)] = ahead
                     return
                 rows[inside] = found[1:-1]
             elif integrator.propagate_until(end, max_steps=MOST_STEPS, max_delta_t=longest)[0] != reached:
