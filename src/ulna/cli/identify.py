@@ -178,7 +178,8 @@ def _print(fit: Fit, records: Sequence[Record], out: Path | None) -> None:
     from rich.table import Table
 
     samples = sum(map(len, records))
-    say(f"{fit.system.name}: {len(fit.estimates)} parameters from {samples} samples of {', '.join(_names(records))}")
+    told = "1 parameter" if len(fit.estimates) == 1 else f"{len(fit.estimates)} parameters"
+    say(f"{fit.system.name}: {told} from {samples} samples of {', '.join(_names(records))}")
     table = Table()
     for heading in ("parameter", "estimate", "standard error", "95 % interval", "verdict"):
         table.add_column(heading, overflow="fold")

@@ -11,7 +11,7 @@ import numpy as np
 from ulna.identification.errors import IdentificationError
 from ulna.identification.problem import Free, Piece, Problem
 from ulna.identification.recorded_experiment import Experiment
-from ulna.system import System
+from ulna.system import System, starting_point
 
 FIRST = 40
 """Samples at least from which initial states are guessed."""
@@ -73,9 +73,9 @@ def tries(free: Sequence[Free], how: GlobalStart) -> np.ndarray:
 
 
 def _guess(system: System, run: Experiment, piece: Piece, ending: Mapping[str, float]) -> dict[str, float]:
-    """Initial states: those measured themselves, else what the piece before ended at or the plant's operating point."""
-    point = {name: float(value) for name, value in system.operating_point if value.is_number}
-    guess = {s.name: float(ending.get(s.name, point.get(s.name, 0.0))) for s in system.states}
+    """Initial states: those measured themselves, else what the piece before ended at or where a run starts."""
+    point = starting_point(system).numbers
+    guess = {s.name: float(ending.get(s.name, point[s.name])) for s in system.states}
     for column, readout in enumerate(system.readouts):
         values = run.measured[piece.begin : piece.end, column]
         known = values[np.isfinite(values)]
