@@ -29,6 +29,8 @@ from ulna.campaign import (
 
 pytest.importorskip("distributed")
 
+from ulna.campaign.workers.distributed import _nobody_listens
+
 PLAN = Random(vary={"x": Uniform(low=-1, high=1), "k": Uniform(low=1, high=9)}, runs=240, seed=5)
 MEASURES = Measures(outputs=("y",), effort=("u",), samples=50)
 
@@ -174,6 +176,15 @@ def test_a_scheduler_that_dies_is_one_clear_error_and_the_campaign_goes_on_with_
     local = run()
     for column in local.columns:
         assert there[column.name].tobytes() == local[column.name].tobytes(), column.name
+
+
+def test_a_dead_scheduler_is_told_from_a_frozen_one() -> None:
+    assert _nobody_listens(f"tcp://127.0.0.1:{free_port()}")
+    with socket.socket() as frozen:
+        frozen.bind(("127.0.0.1", 0))
+        frozen.listen()
+        assert not _nobody_listens(f"tcp://127.0.0.1:{frozen.getsockname()[1]}")
+    assert not _nobody_listens("inproc://127.0.0.1/1/1")
 
 
 @pytest.mark.slow

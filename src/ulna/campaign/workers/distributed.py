@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
+import socket
 import time
 import warnings
 from collections import Counter
@@ -16,7 +17,7 @@ from itertools import islice
 from typing import Any
 
 from distributed import Client, Future, Security, wait
-from distributed.comm.addressing import parse_address, parse_host_port
+from distributed.comm.addressing import get_address_host_port, parse_address, parse_host_port
 from distributed.comm.core import CommClosedError, connect
 from distributed.comm.registry import get_backend
 from distributed.scheduler import KilledWorker
@@ -247,6 +248,10 @@ def _threads(client: Client, timeout: float) -> dict[str, int]:
         try:
             threads: Any = client.nthreads(callback_timeout=timeout)
         except TimeoutError:
+            # The trip that a scheduler's death cuts short may end here as well, before the client has noticed.
+            scheduler: Any = client.scheduler
+            if _nobody_listens(scheduler.address):
+                break
             raise CampaignError(
                 "a campaign on a cluster",
                 f"the scheduler has not answered for {timeout:g} s.",
@@ -264,6 +269,20 @@ def _threads(client: Client, timeout: float) -> dict[str, int]:
             )
         time.sleep(LOOK)
     raise _gone()
+
+
+def _nobody_listens(address: str) -> bool:
+    """Whether a connection is refused there: the system lets one in for a frozen scheduler, not for a dead one."""
+    try:
+        socket.create_connection(get_address_host_port(address), timeout=LOOK).close()
+    except TimeoutError:
+        return False
+    except OSError:
+        return True
+    except (NotImplementedError, ValueError):
+        # A scheduler inside this process has no host and port.
+        return False
+    return False
 
 
 def _gone() -> CampaignError:
