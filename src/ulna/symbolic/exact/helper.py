@@ -19,6 +19,7 @@ from typing import IO, Any, ParamSpec, TypeVar
 
 from ulna.base import HAS_FORK
 from ulna.symbolic.exact.budget import charge, patience, set_patience, spend, time_left
+from ulna.symbolic.exact.helper_messages import read, write
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -87,8 +88,6 @@ class _Helper:
         raise NoHelperError("the helper process does not stay")
 
     def _asked(self, process: subprocess.Popen[bytes], question: bytes) -> Any:
-        from ulna.symbolic.exact.helper_process import read, write
-
         try:
             write(_handle(process.stdin), (min(time_left(), _LONGEST * patience()), patience(), question))
             return read(_handle(process.stdout))
@@ -101,8 +100,6 @@ class _Helper:
             return self._process, 0.0
         if not HAS_FORK:
             raise NoHelperError("this system has no fork")
-        from ulna.symbolic.exact.helper_process import read
-
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p), "OMP_NUM_THREADS": "1"}
         try:
             process = subprocess.Popen(  # noqa: S603 - Python itself, with a text of ours

@@ -13,18 +13,15 @@ import os
 import pickle
 import resource
 import signal
-import struct
 import sys
 import time
 from typing import Any
 
 from ulna.symbolic.exact.helper import answer_here
+from ulna.symbolic.exact.helper_messages import read, write
 
 MEMORY = 700_000_000
 """Bytes of address space of the worker."""
-
-HEADER = struct.Struct("!Q")
-"""The length of what follows."""
 
 
 def serve() -> None:
@@ -94,28 +91,3 @@ def _die_with_parent() -> None:
             ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
         if os.getppid() == 1:
             os._exit(0)
-
-
-def write(place: int, message: Any) -> None:
-    """Send one message."""
-    text = pickle.dumps(message)
-    left = memoryview(HEADER.pack(len(text)) + text)
-    while left:
-        left = left[os.write(place, left) :]
-
-
-def read(place: int) -> Any:
-    """The next message; None where there is no other."""
-    head = _exactly(place, HEADER.size)
-    return None if head is None else pickle.loads(_exactly(place, HEADER.unpack(head)[0]) or b"N.")  # noqa: S301
-
-
-def _exactly(place: int, size: int) -> bytes | None:
-    parts: list[bytes] = []
-    while size:
-        part = os.read(place, min(size, 1 << 20))
-        if not part:
-            return None
-        parts.append(part)
-        size -= len(part)
-    return b"".join(parts)
