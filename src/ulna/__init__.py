@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from ulna.campaign import Sobol as Sobol
     from ulna.campaign import Uniform as Uniform
     from ulna.campaign import open_campaign as open_campaign
+    from ulna.campaign import posterior as posterior
     from ulna.campaign import quantiles as quantiles
     from ulna.campaign import replay as replay
     from ulna.campaign import sensitivity as sensitivity
@@ -209,7 +210,7 @@ _HOME = {
             Status UlnaError UlnaWarning UnitError Verdict""",
         "ulna.campaign": """
             CampaignError CampaignResult Choice Grid LatinHypercube LogUniform Measures Normal open_campaign
-            quantiles Random replay Saltelli sensitivity settled_fraction Sobol sweep Uniform worst_cases""",
+            posterior quantiles Random replay Saltelli sensitivity settled_fraction Sobol sweep Uniform worst_cases""",
         "ulna.certify": "GloballyStable Over prove Region StableWithin",
         "ulna.design": """
             AbstractGainRule analyse Analysis Answer Bandwidth close_loop Compensator compensator Controller

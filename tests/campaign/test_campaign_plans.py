@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,14 +20,17 @@ from ulna.campaign import (
     LatinHypercube,
     LogUniform,
     Normal,
+    Posterior,
     Random,
     Saltelli,
     Sobol,
     Uniform,
     as_probability_distribution,
+    posterior,
 )
 from ulna.campaign.plans import seeds
 from ulna.campaign.plans.permutation import shuffled
+from ulna.system import system_from_mapping
 
 VARY = {"a": Uniform(low=-1, high=2), "b": Normal(mean=5, std=2, low=1, high=9), "c": LogUniform(low=1, high=100)}
 FIVE = VARY | {"d": Choice(values=(1.0, 2.0, 5.0)), "e": stats.gamma(2.0)}
@@ -34,6 +38,7 @@ PLANS = {
     "random": Random(vary=FIVE, runs=300, seed=7),
     "latin": LatinHypercube(vary=FIVE, runs=300, seed=7),
     "sobol": Sobol(vary=FIVE, runs=300, seed=7),
+    "together": LatinHypercube(vary=FIVE, correlations=(("a", "b", 0.8), ("c", "b", -0.5)), runs=300, seed=7),
     "saltelli": Saltelli(vary=FIVE, base=32, seed=7),
     "grid": Grid(axes={"a": np.linspace(0, 1, 7), "b": [1, 5, 2], "c": range(10)}, seed=7),
 }
@@ -192,3 +197,55 @@ def test_quantile_functions_invert_scipys_distribution_functions(p: float) -> No
 def test_a_plan_that_makes_no_sense_is_one_clear_error(make, reason: str) -> None:
     with pytest.raises(CampaignError, match=reason):
         make()
+
+
+def _known() -> Posterior:
+    """A lag as a fit leaves it: a known to 0.1, b to 0.2 V, c not at all."""
+    rows = {"a": {"value": 2, "std": 0.1}, "b": {"value": 5000, "std": 200, "unit": "mV"}, "c": 3}
+    lag = {"name": "lag", "parameters": rows, "states": {"x": "-a*x + b*c"}, "correlation": {"b": {"a": -0.9}}}
+    return posterior(system_from_mapping(lag | {"dimensions": "unchecked"}))
+
+
+@pytest.mark.parametrize("kind", [Random, LatinHypercube, Sobol])
+def test_draws_from_a_posterior_have_its_covariance(kind: Any) -> None:
+    known = _known()
+    vary = {**known.vary, "x": Uniform(low=0, high=1)}
+    drawn = kind(vary=vary, correlations=known.correlations, runs=2**13).values(0, 2**13)
+    assert [float(np.mean(drawn[name])) for name in "abx"] == pytest.approx([2, 5, 0.5], abs=0.01)
+    due = np.array([[0.01, -0.018, 0], [-0.018, 0.04, 0], [0, 0, 1 / 12]])
+    assert np.cov([drawn[name] for name in "abx"]) == pytest.approx(due, rel=0.06, abs=6e-4)
+    assert list(vary) == ["a", "b", "x"]
+
+
+def test_a_posterior_is_cut_at_the_range_of_its_plant() -> None:
+    rows = {"a": {"value": 1, "std": 1, "range": [0.5, 9]}}
+    known = posterior(system_from_mapping({"name": "lag", "parameters": rows, "states": {"x": "-a*x"}}))
+    assert Random(vary=known.vary, runs=500).values(0, 500)["a"].min() >= 0.5
+    assert known.box(2.0) == {"a": (0.5, 3.0)}
+    assert _known().box(3.0)["b"] == pytest.approx((4.4, 5.6))
+
+
+def test_parameters_that_move_as_one_are_drawn_so() -> None:
+    pairs = (("a", "b", 1), ("b", "c", -1.0), ("a", "c", -1.0))
+    vary = {name: Normal(mean=0, std=1) for name in "abc"}
+    drawn = Random(vary=vary, correlations=pairs, runs=100).values(0, 100)
+    assert drawn["a"] == pytest.approx(drawn["b"], abs=1e-9)
+    assert drawn["a"] == pytest.approx(-drawn["c"], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "said"),
+    [
+        ((("a", "k", 0.5),), "'k' does not vary"),
+        ((("a", "b", 0.5), ("b", "a", 0.5)), "stands once"),
+        ((("a", "b", 1.5),), "between -1 and 1"),
+        ((("a", "b", 0.9), ("b", "c", 0.9), ("a", "c", -0.9)), "no quantities can have them together"),
+    ],
+)
+def test_correlations_that_cannot_be_are_refused(pairs: Any, said: str) -> None:
+    with pytest.raises(CampaignError, match=said):
+        Random(vary=VARY, correlations=pairs, runs=10)
+    with pytest.raises(CampaignError, match="independent"):
+        Saltelli(vary=VARY, correlations=(("a", "b", 0.5),), base=4)
+    with pytest.raises(CampaignError, match="none of them has a standard deviation"):
+        posterior(system_from_mapping({"name": "lag", "parameters": {"a": 1}, "states": {"x": "-a*x"}}))

@@ -52,6 +52,7 @@ AT_THE_TERMINAL = {
     "sweep": "sweep",
     "open_campaign": "replay",
     "replay": "replay",
+    "posterior": "sweep --vary",
     "quantiles": "sweep",
     "settled_fraction": "sweep",
     "worst_cases": "sweep --worst-by",

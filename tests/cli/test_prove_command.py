@@ -47,6 +47,14 @@ def test_a_range_of_a_parameter_is_proved_as_typed(typed: str, plant: str) -> No
     assert data["equilibrium"]["q"] == pytest.approx([0, 0], abs=1e-9)
 
 
+def test_the_box_of_a_fit_is_proved(plant: str, tmp_path: Path) -> None:
+    assert "none of them has a standard deviation" in refused("prove", plant, *LAW, "--over", "posterior")
+    fitted = written(PLANT.replace("value = 1,", "value = 1, std = 0.1,"), tmp_path / "fitted.toml")
+    assert "from 0.8 to 1.2" in answered("prove", fitted, *LAW, "--over", "posterior")["claim"]
+    assert "from 0.7 to 1.3" in answered("prove", fitted, *LAW, "--over", "posterior=3")["claim"]
+    assert "no number of standard" in refused("prove", fitted, *LAW, "--over", "posterior=-3")
+
+
 def test_an_unstable_value_is_told() -> None:
     data = answered(
         "prove", "one_link_arm", "--controller-poles", "-4,-5,-6", "--observer-poles=-20,-21,-22", "--over", "m2=0..5kg"

@@ -82,6 +82,19 @@ def test_a_sweep_varies_a_set_point(plant: str, tmp_path: Path) -> None:
     assert data["settled"]["count"] == 3
 
 
+def test_a_sweep_draws_from_what_a_fit_left_open(plant: str, tmp_path: Path) -> None:
+    assert "Fit them to a record" in refused(
+        "sweep", plant, *POLES, "--vary", "posterior", "--out", str(tmp_path / "a")
+    )
+    text = MASS.replace("value = 1,", "value = 1, std = 0.02,").replace("u/m", "k*u/m")
+    text = text.replace("[states]", "k = { value = 1, std = 0.02 }\n[states]") + "[correlation]\nm = { k = 0.9 }\n"
+    fitted = written(text, tmp_path / "fitted.toml")
+    typed = ["--vary", "posterior", "--vary", "x=uniform(0.5,1.5)", "--runs", "32", "--horizon", "6"]
+    data = answered("sweep", fitted, *POLES, *typed, "--out", str(tmp_path / "runs"))
+    assert data["settled"]["count"] == 32
+    assert answered("replay", str(tmp_path / "runs"), "--run", "3")["identical"]
+
+
 def test_sobol_indices_are_printed(plant: str, tmp_path: Path) -> None:
     done = ulna(
         *["sweep", plant, *POLES, "--vary", "m=uniform(0.9,1.1)", "--vary", "x=uniform(0.5,2)", "--runs", "16"],

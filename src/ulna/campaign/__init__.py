@@ -28,12 +28,14 @@ from ulna.campaign.plans import (
     LogUniform,
     Normal,
     Plan,
+    Posterior,
     ProbabilityDistribution,
     Random,
     Saltelli,
     Sobol,
     Uniform,
     as_probability_distribution,
+    posterior,
 )
 from ulna.campaign.runs import OUTCOMES, Column, Experiment, Measures, Window
 from ulna.campaign.store import CampaignResult, open_campaign
@@ -57,6 +59,7 @@ __all__ = [
     "Measures",
     "Normal",
     "Plan",
+    "Posterior",
     "ProbabilityDistribution",
     "Progress",
     "Proportion",
@@ -74,6 +77,7 @@ __all__ = [
     "fan",
     "open_campaign",
     "outcome_counts",
+    "posterior",
     "quantiles",
     "replay",
     "sensitivity",

@@ -5,9 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ulna.cli.typed_values import number_list
+
+if TYPE_CHECKING:
+    from ulna.system import System
+
+POSTERIOR = "posterior"
+"""What stands for all parameters of a plant that have a standard deviation."""
 
 _VARY = re.compile(r"\s*([^\W\d]\w*)\s*=\s*(\w+)\((.*)\)\s*")
 _MOST_STEPS = 100_000
@@ -23,15 +29,18 @@ class Sampling(StrEnum):
     indices = "indices"
 
 
-def plan_of(vary: Sequence[str], runs: int, seed: int, sampling: Sampling) -> Any:
+def plan_of(plant: System, vary: Sequence[str], runs: int, seed: int, sampling: Sampling) -> Any:
     """The plan of a campaign that entries like `m2=uniform(0,5)` or, throughout, `m2=steps(0,5,21)` ask for.
 
     Raises:
         UlnaError: an entry that cannot be read, a name that stands twice, a grid mixed with chance.
     """
-    from ulna.campaign import CampaignError, Grid, LatinHypercube, Random, Saltelli, Sobol
+    from ulna.campaign import CampaignError, Grid, LatinHypercube, Random, Saltelli, Sobol, posterior
 
-    read = [_varied(text) for text in vary]
+    fitted = posterior(plant) if any(text.strip() == POSTERIOR for text in vary) else None
+    read = [_varied(text) for text in vary if text.strip() != POSTERIOR]
+    read += list(fitted.vary.items()) if fitted is not None else []
+    together = fitted.correlations if fitted is not None else ()
     names = [name for name, _ in read]
     twice = {name for name in names if names.count(name) > 1}
     if twice:
@@ -47,13 +56,13 @@ def plan_of(vary: Sequence[str], runs: int, seed: int, sampling: Sampling) -> An
     spread: dict[str, Any] = dict(read)
     match sampling:
         case Sampling.random:
-            return Random(vary=spread, runs=runs, seed=seed)
+            return Random(vary=spread, runs=runs, seed=seed, correlations=together)
         case Sampling.latin:
-            return LatinHypercube(vary=spread, runs=runs, seed=seed)
+            return LatinHypercube(vary=spread, runs=runs, seed=seed, correlations=together)
         case Sampling.sobol:
-            return Sobol(vary=spread, runs=runs, seed=seed)
+            return Sobol(vary=spread, runs=runs, seed=seed, correlations=together)
         case Sampling.indices:
-            return Saltelli(vary=spread, base=runs, seed=seed)
+            return Saltelli(vary=spread, base=runs, seed=seed, correlations=together)
 
 
 def map_axes(text: str, varied: tuple[str, ...]) -> tuple[str, ...]:

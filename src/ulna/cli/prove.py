@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ulna.base import SimulationError, evidence_label
+from ulna.cli.asked_plan import POSTERIOR
 from ulna.cli.asked_plant import plant_in_file, require_in_range
 from ulna.cli.asked_run import run_of
 from ulna.cli.option_groups import with_groups
@@ -23,6 +25,10 @@ if TYPE_CHECKING:
     from ulna.base import Verdict
     from ulna.certify import Claim
     from ulna.loop import Loop
+    from ulna.system import System
+
+SIGMAS = 2.0
+"""Standard deviations either side of a fitted value where `--over posterior` does not say how many."""
 
 
 @with_groups
@@ -44,8 +50,9 @@ def prove(
         list[str] | None,
         typer.Option(
             metavar="NAME=LOW..HIGH",
-            help="For every value of these parameters of the plant the loop is stable at rest: 'm2=4..5, Ra=±10%'. The "
-            "controller keeps its design values.",
+            help="For every value of these parameters of the plant the loop is stable at rest: 'm2=4..5, Ra=±10%'; "
+            "'posterior=2': of all that a fitted plant is unsure of, 2 standard deviations either side. The controller "
+            "keeps its design values.",
         ),
     ] = None,
     patience: Annotated[float, typer.Option("--patience", min=0.1, help="CPU time for the search, s.")] = 20.0,
@@ -81,7 +88,7 @@ def prove(
     if plane is not None and plot is None:
         raise SimulationError("--plane", "it belongs to a figure, and none is asked for.", "Add --plot region.png.")
     system = plant_in_file(plant)
-    ranges = list(named_values(over or [], "--over"))
+    ranges = list(_ranges(system, over or []))
     with progress(f"designing for '{system.name}'"):
         varied = [name for name, *_ in ranges]
         asked = run_of(system, plant, run, design, hardware, varied=varied or None)
@@ -129,6 +136,22 @@ def _claim(loop: Loop, within: list[str], *, everywhere: bool) -> Claim:
         for name, value, asked in named_values(within, "--within")
     }
     return StableWithin(box=box)
+
+
+def _ranges(system: System, over: list[str]) -> Iterator[tuple[str, str, str]]:
+    """Name, range and what was asked; `posterior=2` stands for all parameters that have a standard deviation."""
+    entries = [f"{each}={SIGMAS:g}" if each.strip() == POSTERIOR else each for each in over]
+    for name, text, asked in named_values(entries, "--over"):
+        if name != POSTERIOR:
+            yield name, text, asked
+            continue
+        from ulna.campaign import posterior
+
+        sigmas = float(quantity(text, asked))
+        if not sigmas > 0:
+            raise SimulationError(asked, "it is no number of standard deviations.", "Write --over posterior=2.")
+        for each, (low, high) in posterior(system).box(sigmas).items():
+            yield each, f"{low!r}..{high!r}", f"{asked}, of '{each}'"
 
 
 def _over(loop: Loop, ranges: list[tuple[str, str, str]]) -> Claim:

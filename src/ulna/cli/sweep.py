@@ -31,7 +31,8 @@ def sweep(
         typer.Option(
             metavar="NAME=KIND(…)",
             help="What varies, in SI; may be repeated: 'm2=uniform(0,5)', 'Ra=normal(1,0.1)', 'b=loguniform(0.1,1)', "
-            "'theta=choice(-1,1)'; for a grid 'm2=steps(0,5,21)' or 'm2=values(1,2,5)' throughout.",
+            "'theta=choice(-1,1)'; 'posterior' for all that a fitted plant is unsure of; for a grid "
+            "'m2=steps(0,5,21)' or 'm2=values(1,2,5)' throughout.",
         ),
     ],
     out: Annotated[Path, typer.Option(help="Folder for the results; an interrupted sweep goes on where it was.")],
@@ -57,7 +58,7 @@ def sweep(
     from ulna.campaign import sweep as run_sweep
 
     system = plant_in_file(plant)
-    plan = plan_of(vary, runs, run.seed, sampling)
+    plan = plan_of(system, vary, runs, run.seed, sampling)
     axes = map_axes(over, plan.names)
     with progress(f"designing for '{system.name}'"):
         asked = run_of(system, plant, run, design, hardware, varied=plan.names)

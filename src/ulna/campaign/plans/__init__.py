@@ -1,6 +1,7 @@
 """Plans: which values the runs of a campaign take."""
 
 from ulna.campaign.plans.grid import Grid
+from ulna.campaign.plans.known_parameters import Posterior, posterior
 from ulna.campaign.plans.plan import Plan, seeds
 from ulna.campaign.plans.probability import (
     Choice,
@@ -21,11 +22,13 @@ __all__ = [
     "LogUniform",
     "Normal",
     "Plan",
+    "Posterior",
     "ProbabilityDistribution",
     "Random",
     "Saltelli",
     "Sobol",
     "Uniform",
     "as_probability_distribution",
+    "posterior",
     "seeds",
 ]

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ulna.campaign.errors import CampaignError
+from ulna.campaign.plans.correlation import checked, correlated, root
 from ulna.campaign.plans.permutation import shuffled
 from ulna.campaign.plans.plan import Plan
 from ulna.campaign.plans.probability import as_probability_distribution
@@ -27,12 +28,16 @@ class DrawnPlan(Plan):
     Args:
         vary: name → distribution, in SI.
         seed: of everything random in the campaign.
+        correlations: (name, name, number) of quantities that vary together, as `posterior` gives them: of their normal
+            scores, which for normal ones are they themselves. Strata are kept for the one that is varied first.
 
     Raises:
-        CampaignError: no run or beyond reason many, nothing varied, something that is no distribution.
+        CampaignError: no run or beyond reason many, nothing varied, something that is no distribution, correlations
+            that no quantities can have.
     """
 
     vary: Mapping[str, Any]
+    correlations: tuple[tuple[str, str, Any], ...] = ()
 
     def __post_init__(self) -> None:
         if not self.vary:
@@ -43,6 +48,8 @@ class DrawnPlan(Plan):
             )
         vary = {str(name): as_probability_distribution(given) for name, given in self.vary.items()}
         object.__setattr__(self, "vary", vary)
+        pairs = checked(self.correlations, tuple(vary), f"a plan {type(self).__name__}")
+        object.__setattr__(self, "correlations", pairs)
         Plan.__post_init__(self)
 
     @property
@@ -57,6 +64,8 @@ class DrawnPlan(Plan):
     def values(self, first: int, last: int) -> dict[str, np.ndarray]:
         """(last − first,) values of every varied quantity."""
         points = self.points(first, last)
+        if self.correlations:
+            points = correlated(points, root(self.correlations, self.names, type(self).__name__), _HALF)
         return {name: law.quantile(points[:, column]) for column, (name, law) in enumerate(self.vary.items())}
 
     @abstractmethod
@@ -144,6 +153,9 @@ class Saltelli(DrawnPlan):
     def __post_init__(self) -> None:
         if self.base < 2 or self.base & (self.base - 1):
             raise CampaignError(f"Saltelli(base={self.base})", "the base must be a power of two.", "256 is usual.")
+        if self.correlations:
+            found = "shares of the variance are those of independent quantities, and these are correlated."
+            raise CampaignError("Saltelli(correlations=...)", found, "Leave them out, or draw runs by LatinHypercube.")
         DrawnPlan.__post_init__(self)
         check_points(2 * len(self.vary), self.base)
 
