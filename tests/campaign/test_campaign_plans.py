@@ -190,7 +190,7 @@ def test_quantile_functions_invert_scipys_distribution_functions(p: float) -> No
         (lambda: Choice(values=()), "at least one value"),
         (lambda: Grid(axes={}), "no axis"),
         (lambda: Grid(axes={"a": []}), "at least one value"),
-        (lambda: Grid(axes={"a": [1, 1]}), "stands twice"),
+        (lambda: Grid(axes={"a": [1, 1]}), "is given twice"),
         (lambda: as_probability_distribution(stats.gamma(-1.0)), "do not fit|out of range"),
     ],
 )

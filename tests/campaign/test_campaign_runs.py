@@ -241,11 +241,11 @@ def test_tables_and_files_hold_the_same_numbers(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("make", "reason"),
     [
-        (lambda: Window(signal="x", begin=2.0, end=1.0), "the end must lie behind the begin"),
-        (lambda: Window(signal="x", begin=math.nan, end=1.0), "the end must lie behind the begin"),
+        (lambda: Window(signal="x", begin=2.0, end=1.0), "expected 0 <= begin < end"),
+        (lambda: Window(signal="x", begin=math.nan, end=1.0), "expected 0 <= begin < end"),
         (
             lambda: Measures(windows=(Window(signal="x", begin=0, end=1), Window(signal="x", begin=1, end=2))),
-            "one name",
+            "the same name",
         ),
         (lambda: Measures(samples=0), "at least one interval"),
     ],

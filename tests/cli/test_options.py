@@ -56,7 +56,7 @@ def test_a_group_arrives_as_a_value_with_its_defaults():
 
 
 def test_an_option_that_stands_twice_is_refused():
-    with pytest.raises(TypeError, match="the option wind stands twice"):
+    with pytest.raises(TypeError, match="the option wind is given twice"):
 
         @with_groups
         def walk(wind: float, weather: Weather) -> None: ...

@@ -76,7 +76,7 @@ def test_a_file_says_what_its_outputs_are_for_and_is_written_back() -> None:
 def test_the_order_of_the_controlled_outputs_is_the_users() -> None:
     plant = with_uses(system_from_mapping(_mapping()), controlled=["q", "p"])
     assert [s.name for s in controlled_part(plant).outputs] == ["q", "p"]
-    for names, reason in ((["z"], "there is no output 'z'"), (["p", "p"], "stands twice")):
+    for names, reason in ((["z"], "there is no output 'z'"), (["p", "p"], "is given twice")):
         with pytest.raises(PlantError, match=reason):
             with_uses(plant, measured=names)
 

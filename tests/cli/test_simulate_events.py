@@ -45,7 +45,7 @@ def test_events_are_shown_in_a_table():
         (["--stop", "phi=0:1"], "there is no state 'phi'"),
         (["--stop", "i=0:1"], "the rate of i is not a state"),
         (["--stop", "theta=2:1"], "--stop theta=2.0:1.0: the lower limit 2.0 is not below"),
-        (["--stop", "theta=-2:2:3"], "--stop, the rebound 3.0: it lies between 0 and 1"),
+        (["--stop", "theta=-2:2:3"], "--stop, the rebound 3.0: expected a number between 0 and 1"),
         (["--stop", "theta=-2:2", "--stop", "theta=-3:3"], "--stop: one position has two"),
         (["--stop", "theta=0:0.5"], "Start within the stops"),
         (["--event", "thet - 1"], "Did you mean 'theta'"),

@@ -77,7 +77,7 @@ def test_commas_in_parentheses_do_not_divide():
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("entries", "reason"), [(["a"], "a name and its value"), (["a=1", "a=2"], "stands twice")])
+@pytest.mark.parametrize(("entries", "reason"), [(["a"], "a name and its value"), (["a=1", "a=2"], "is given twice")])
 def test_entries_without_a_name_or_with_one_twice_are_refused(entries, reason):
     with pytest.raises(UlnaError, match=reason):
         list(named_values(entries, "--set"))

@@ -237,7 +237,7 @@ def test_the_simulator_tells_the_fault_code_of_every_sample() -> None:
     ("parts", "text"),
     [
         (Deadline, "it watches nothing"),
-        (lambda: Deadline(lateness=-1.0), "a time from 0 on"),
+        (lambda: Deadline(lateness=-1.0), "expected a time of 0 s or more"),
         (lambda: Deadline(missed=-1), "between 0 and"),
         (lambda: ReferenceRange(lower=1.0, upper=0.0), "not below the upper"),
         (lambda: InnovationLimit(size=0.0, samples=1), "positive number"),

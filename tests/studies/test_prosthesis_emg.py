@@ -177,7 +177,7 @@ def _lines(count: int = 50) -> list[str]:
     ("lines", "rate", "text"),
     [
         (_lines()[:20] + _lines()[30:], None, "lost 10 of 50 samples"),
-        (_lines(), 2000.0, "its times grow by 0.001"),
+        (_lines(), 2000.0, "its times increase by 0.001"),
         ([f"{k / 50},{k % 3 - 1},0" for k in range(50)], None, "50 samples a second"),
         ([*_lines(30), "0.030,inf,0", "0.031,0,0"], None, "line 31"),
         ([*_lines(30), "0.030,high,0"], None, "line 31"),

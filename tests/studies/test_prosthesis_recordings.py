@@ -156,7 +156,7 @@ def _with(line: int, text: str) -> list[str]:
         (_lines()[:1000] + _lines()[1500:], {}, ["500 of 3000", "line 1000", "0.5 s", "bridged"]),
         (["sample,a,b", *rows(muscles(200.0), time=str)], {}, ["sample numbers", "rate=1000"]),
         (rows(muscles(200.0)), {}, ["no column holds times", "rate=1000"]),
-        (_lines(), {"rate": 500.0}, ["its times grow by 0.001", "500"]),
+        (_lines(), {"rate": 500.0}, ["its times increase by 0.001", "500"]),
         (["time [s],a,b", *_lines()], {"rate": 500.0}, ["its times say 1000", "rate=500"]),
         (["Sampling rate: 2000 Hz", "time [s],a,b", *_lines()], {}, ["its times say 1000", "titles 2000"]),
         (

@@ -51,7 +51,7 @@ def test_a_holder_is_written_as_its_system(tmp_path: Any) -> None:
 
 @pytest.mark.parametrize("given", [5, "lag", None, Holder("lag"), Holder(Holder(LAG))])
 def test_what_holds_no_system_is_refused_with_what_to_try(given: Any) -> None:
-    with pytest.raises(PlantError, match=r"no System and without a `system`\. Read a plant file"):
+    with pytest.raises(PlantError, match=r"not a System and has no `system`\. Read a plant file"):
         as_system(given)
 
 

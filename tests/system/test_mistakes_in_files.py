@@ -37,7 +37,7 @@ BODY = '[states]\nx = "-x + u"\n[inputs]\nu = {}\n'
         (f'text = "\\u0007"\n{BODY}', "control character"),
         (f'"\\u001b[2J" = 1\n{BODY}', r"unknown key '\\x1b\[2J'"),
         ('[states]\ntime = "-time"\n', "axis of this name"),
-        (f'[states]\n{"a" * 5000} = "1"\n', "its name has 5000 letters"),
+        (f'[states]\n{"a" * 5000} = "1"\n', "its name has 5000 characters"),
         ('[parameters]\np = -1\n[states]\nx = "sqrt(p)*x"\n', "not real"),
         ('[parameters]\np = -8\n[states]\nx = "p**(1/3)*x"\n', "not real"),
         ('[parameters]\na = 9\nb = 99999999999\n[states]\nx = "a**b*x"\n', "exponent 99999999999 is too large"),

@@ -80,7 +80,7 @@ def sweep(
         >>> sweep(loop, Random(vary={"m2": Uniform(low=0, high=5)}, runs=10_000), horizon=5)  # doctest: +SKIP
     """
     if batch_size is not None and batch_size < 1:
-        raise CampaignError(f"sweep(batch_size={batch_size})", "a batch has at least one run.")
+        raise CampaignError(f"sweep(batch_size={batch_size})", "expected at least one run in a batch.")
     subject = _loop(loop)
     experiment = Experiment(
         loop=subject,

@@ -33,7 +33,7 @@ def plan_of(plant: System, vary: Sequence[str], runs: int, seed: int, sampling: 
     """The plan of a campaign that entries like `m2=uniform(0,5)` or, throughout, `m2=steps(0,5,21)` ask for.
 
     Raises:
-        UlnaError: an entry that cannot be read, a name that stands twice, a grid mixed with chance.
+        UlnaError: an entry that cannot be read, a name that is given twice, a grid mixed with chance.
     """
     from ulna.campaign import CampaignError, Grid, LatinHypercube, Random, Saltelli, Sobol, posterior
 
@@ -44,7 +44,7 @@ def plan_of(plant: System, vary: Sequence[str], runs: int, seed: int, sampling: 
     names = [name for name, _ in read]
     twice = {name for name in names if names.count(name) > 1}
     if twice:
-        raise CampaignError(f"--vary {min(twice)}", "it stands twice.", "Vary a quantity once.")
+        raise CampaignError(f"--vary {min(twice)}", "it is given twice.", "Vary a quantity once.")
     axes = {name: found for name, found in read if isinstance(found, list)}
     if axes:
         if len(axes) < len(read):

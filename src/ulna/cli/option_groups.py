@@ -14,7 +14,7 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     So an option is written once, as a field whose annotation carries its `typer.Option`, whatever commands take it.
 
     Raises:
-        TypeError: for an option that stands twice.
+        TypeError: for an option that is given twice.
     """
     hints = get_type_hints(command, include_extras=True)
     groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
@@ -31,7 +31,7 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     names = [each.name for each in shown]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise TypeError(f"{command.__name__}: the option {twice[0]} stands twice")
+        raise TypeError(f"{command.__name__}: the option {twice[0]} is given twice")
     typed.__name__, typed.__doc__ = command.__name__, command.__doc__
     # Without a default after one with a default is no order for a function, but it is one for keywords.
     typed.__signature__ = inspect.Signature(shown)

@@ -152,7 +152,7 @@ def named_values(entries: Iterable[str], option: str) -> Iterator[tuple[str, str
     """(name, value, what an error says was asked) of entries like `m2=4` or `theta=30deg, omega=0`.
 
     Raises:
-        UlnaError: an entry without `=`, a name that stands twice.
+        UlnaError: an entry without `=`, a name that is given twice.
     """
     seen: set[str] = set()
     for entry in entries:
@@ -162,7 +162,7 @@ def named_values(entries: Iterable[str], option: str) -> Iterator[tuple[str, str
             if not (name and equals and value):
                 raise SimulationError(asked, "expected a name and its value.", f'Write {option} "name=value".')
             if name in seen:
-                raise SimulationError(asked, f"{name} stands twice.", "Give it once.")
+                raise SimulationError(asked, f"{name} is given twice.", "Give it once.")
             seen.add(name)
             yield name, value, asked
 

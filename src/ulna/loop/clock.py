@@ -20,7 +20,7 @@ class Jitter:
 
     def __post_init__(self) -> None:
         if not (0 <= self.width < math.inf):
-            raise SimulationError(f"Jitter(width={self.width})", "it must be a time from 0 on.")
+            raise SimulationError(f"Jitter(width={self.width})", "expected a time of 0 s or more.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,4 +35,4 @@ class MissedSamples:
 
     def __post_init__(self) -> None:
         if not (0 <= self.probability < 1):
-            raise SimulationError(f"MissedSamples(probability={self.probability})", "it lies in [0, 1).")
+            raise SimulationError(f"MissedSamples(probability={self.probability})", "expected a number in [0, 1).")

@@ -64,4 +64,4 @@ Discretisation = Euler | RungeKutta4 | ExactHold
 
 def _check_substeps(name: str, substeps: int) -> None:
     if substeps < 1:
-        raise SimulationError(f"{name}(substeps={substeps})", "at least one step a period is needed.")
+        raise SimulationError(f"{name}(substeps={substeps})", "expected at least one step a period.")

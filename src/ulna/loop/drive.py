@@ -48,7 +48,7 @@ class Pwm:
                 f"Pwm(dead_time={self.dead_time})", f"it does not fit in a carrier period of {1 / self.frequency:g} s."
             )
         if not (0 <= self.sag < 1):
-            raise SimulationError(f"Pwm(sag={self.sag})", "it lies in [0, 1).")
+            raise SimulationError(f"Pwm(sag={self.sag})", "expected a number in [0, 1).")
         if self.switched and self.ripple:
             raise SimulationError("Pwm(switched=True, ripple=True)", "pulses are integrated or averaged, not both.")
 

@@ -54,9 +54,9 @@ class Steps:
 
     def __post_init__(self) -> None:
         if not isinstance(self.number, int) or isinstance(self.number, bool) or self.number < 1:
-            raise SimulationError(f"Steps(number={self.number})", "a whole number of at least one step is needed.")
+            raise SimulationError(f"Steps(number={self.number})", "expected a whole number, at least 1.")
         if self.order not in {2, 4}:
-            raise SimulationError(f"Steps(order={self.order})", "the steps are of order 2 or 4.")
+            raise SimulationError(f"Steps(order={self.order})", "expected order 2 or 4.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -85,7 +85,7 @@ class Hardware:
         if not (0 < self.period < math.inf):
             raise SimulationError(f"Hardware(period={self.period})", "the period must be a positive time in s.")
         if not (0 <= self.delay < math.inf):
-            raise SimulationError(f"Hardware(delay={self.delay})", "the delay must be a time from 0 s on.")
+            raise SimulationError(f"Hardware(delay={self.delay})", "expected a time of 0 s or more.")
         if self.delay >= LONGEST_DELAY * self.period:
             raise SimulationError(
                 f"Hardware(delay={self.delay})",

@@ -71,7 +71,7 @@ class EndStop:
     def __post_init__(self) -> None:
         _check_order(f"EndStop('{self.position}', {self.lower}, {self.upper})", self.lower, self.upper)
         if not (0.0 <= self.restitution <= 1.0):
-            raise SimulationError(f"EndStop(restitution={self.restitution})", "it lies between 0 and 1.")
+            raise SimulationError(f"EndStop(restitution={self.restitution})", "expected a number between 0 and 1.")
 
 
 def _check_order(asked: str, lower: float, upper: float) -> None:

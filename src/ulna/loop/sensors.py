@@ -45,10 +45,10 @@ class MeasurementNoise:
 
     def __post_init__(self) -> None:
         if not (0 <= self.std < math.inf):
-            raise SimulationError(f"MeasurementNoise(std={self.std})", "it must be a number from 0 on.")
+            raise SimulationError(f"MeasurementNoise(std={self.std})", "expected 0 or a positive number.")
 
 
 def _positive(bits: int) -> int:
     if not (1 <= bits <= 52):
-        raise SimulationError(f"a quantiser of {bits} bits", "it has 1 to 52 bits.")
+        raise SimulationError(f"a quantiser of {bits} bits", "expected 1 to 52 bits.")
     return bits

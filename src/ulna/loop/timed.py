@@ -28,7 +28,7 @@ def timed(plant: System, controller: Any, hardware: Hardware | None) -> Hardware
     if periods and max(periods.values()) > min(periods.values()) * (1.0 + _CLOSE):
         found = ", ".join(f"{name} {period:g} s" for name, period in periods.items())
         raise SimulationError(
-            f"loop of '{plant.name}'", f"its periods differ: {found}.", "Give all of them one period."
+            f"loop of '{plant.name}'", f"its periods differ: {found}.", "Give all of them the same period."
         )
     period = next(iter(periods.values()), None)
     if plant.discrete:

@@ -33,9 +33,9 @@ class Deadline:
         if self.lateness is None and self.missed is None:
             raise SimulationError("Deadline()", "it watches nothing.", "Give lateness=1e-4, say, or missed=3.")
         if self.lateness is not None and not (0 <= self.lateness < math.inf):
-            raise SimulationError(f"Deadline(lateness={self.lateness})", "it must be a time from 0 on.")
+            raise SimulationError(f"Deadline(lateness={self.lateness})", "expected a time of 0 s or more.")
         if self.missed is not None and not (0 <= self.missed <= MOST_SAMPLES):
-            raise SimulationError(f"Deadline(missed={self.missed})", f"it lies between 0 and {MOST_SAMPLES}.")
+            raise SimulationError(f"Deadline(missed={self.missed})", f"expected a number between 0 and {MOST_SAMPLES}.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +91,7 @@ class InnovationLimit:
         for name, value in (("samples", self.samples), ("resume", self.resume)):
             if value is not None and not (1 <= value <= MOST_SAMPLES):
                 raise SimulationError(
-                    f"InnovationLimit({name}={value})", f"it is a whole number from 1 to {MOST_SAMPLES}."
+                    f"InnovationLimit({name}={value})", f"expected a whole number from 1 to {MOST_SAMPLES}."
                 )
 
 

@@ -147,7 +147,7 @@ def _require_one_time(owners: list[System]) -> None:
     """Refuse an estimator and a law whose states move in different times."""
     if len({owner.period for owner in owners if owner.states or owner.discrete}) > 1:
         found = "; ".join(f"'{owner.name}' moves in {owner.time_text}" for owner in owners)
-        raise SimulationError("a controller of two parts", f"{found}.", "Give both one period, or none.")
+        raise SimulationError("a controller of two parts", f"{found}.", "Give both the same period, or none.")
 
 
 def _names(signals: Iterable[Signal]) -> str:

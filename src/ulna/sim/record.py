@@ -28,7 +28,7 @@ class Figures:
 
     def __post_init__(self) -> None:
         if self.samples < 1:
-            raise SimulationError(f"Figures(samples={self.samples})", "at least one interval is needed.")
+            raise SimulationError(f"Figures(samples={self.samples})", "expected at least one interval.")
 
 
 @dataclass(frozen=True, slots=True)

@@ -350,9 +350,9 @@ def _targets(system: System, given: Mapping[str, Any], count: int) -> np.ndarray
 def _seeds(given: Any, count: int) -> np.ndarray:
     if np.ndim(given) == 0:
         if not isinstance(given, int | np.integer) or not (0 <= given < 2**64):
-            raise SimulationError(f"seed={given}", "a seed is a whole number of 64 bits.")
+            raise SimulationError(f"seed={given}", "expected a whole number from 0 to 2^64 - 1.")
         return np.arange(given, given + count, dtype=np.uint64)
     seeds = np.asarray(given)
     if seeds.shape != (count,) or seeds.dtype.kind not in "iu" or (seeds.dtype.kind == "i" and (seeds < 0).any()):
-        raise SimulationError("seed of many runs", f"they are not {count} whole numbers from 0 on.")
+        raise SimulationError("seed of many runs", f"expected {count} whole numbers that are not negative.")
     return seeds.astype(np.uint64)

@@ -136,7 +136,7 @@ def _asked(given: Any) -> tuple[System, Loop | None]:
     if not isinstance(system, System):
         raise SimulationError(
             f"simulate({type(given).__name__}, ...)",
-            "this is neither a system nor a loop.",
+            "it is neither a System nor a Loop.",
             "Give a System, a Loop, or what has a .system.",
         )
     return system, None
@@ -190,6 +190,6 @@ def _finished(trajectory: Trajectory, wanted: float) -> Trajectory:
     raise SimulationError(
         f"simulation of '{trajectory.system.name}' to {wanted:g} s",
         f"at {trajectory.times[-1]:.6g} s {why} ({last}).",
-        f"{trajectory.outcome.remedy} throw=False hands over the part before.",
+        f"{trajectory.outcome.remedy} throw=False returns the part before.",
         value=trajectory,
     )

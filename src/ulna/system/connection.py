@@ -67,7 +67,7 @@ def connect(
         outputs: `"part.output"` or `"part.input"` (the wired signal) names that the whole shows.
         name: the whole's name.
 
-    A ring of wires without a state is solved where it is linear in its signals: b = −2a + r, a = b/4.
+    An algebraic loop of wires is solved where it is linear in its signals: b = −2a + r, a = b/4.
 
     Parts in discrete time share one period; a part without states and period fits all.
 
@@ -75,7 +75,7 @@ def connect(
     between units of one dimension converts (degrees to rad); a signal without a unit fits every other.
 
     Raises:
-        PlantError: for an unknown end of a wire; for a ring without a state that is not linear in its signals or has a
+        PlantError: for an unknown end of a wire; for an algebraic loop that is not linear in its signals or has a
             gain of 1 (it is named).
         UnitError: for a wire between units of different dimensions.
 

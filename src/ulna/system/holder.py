@@ -32,7 +32,7 @@ def as_system(given: Any) -> System:
     if not isinstance(found, System):
         raise PlantError(
             f"a system from {str(given)[:60]!r}",
-            f"it is of type {type(given).__name__}, no System and without a `system`.",
+            f"it is of type {type(given).__name__}, which is not a System and has no `system`.",
             "Read a plant file with `read_system`, take one of the catalogue with `model`, or hand over a law, an "
             "observer or a closed loop.",
         )

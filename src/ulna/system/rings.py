@@ -1,4 +1,4 @@
-"""Rings of wires without a state: one signal of each is cut, and is what solves the equation round the ring."""
+"""Algebraic loops, rings of wires without a state: one signal of each is cut, and solves the equation round it."""
 
 from __future__ import annotations
 
@@ -63,14 +63,14 @@ def _check(
         if any(entry.free_symbols & cut.keys() or _bends(residual, cut) for entry in row):
             raise PlantError(
                 "connection",
-                f"the ring {ring} has no state in it and is not linear in {symbol.name}.",
-                "Break it with a state (a filter or a delay), or take the bend out of the ring.",
+                f"the algebraic loop {ring} is not linear in {symbol.name}.",
+                "Break it with a state (a filter or a delay), or make it linear.",
             )
         rows.append(row)
     if sp.cancel(sp.Matrix(rows).xreplace(dict(values)).det()) == 0:
         raise PlantError(
             "connection",
-            f"the ring {'; '.join(ring for _, ring in cut.values())} has no state in it and a gain of exactly 1: "
+            f"the algebraic loop {'; '.join(ring for _, ring in cut.values())} has a gain of exactly 1: "
             "no values of its signals, or any, satisfy it.",
             "Change a gain in it, or break it with a state (a filter or a delay).",
         )

@@ -151,7 +151,7 @@ def _check_shape(data: Mapping[str, Any], where: str) -> None:
     for section, keys in _KEYS.items():
         for name, entry in data.get(section, {}).items():
             if len(name) > _LONGEST:
-                raise PlantError(f"{section} '{name[:20]}…' in {where}", f"its name has {len(name)} letters.")
+                raise PlantError(f"{section} '{name[:20]}…' in {where}", f"its name has {len(name)} characters.")
             if section == "inputs" and not isinstance(entry, Mapping):
                 found = f"expected a table, found {_shown(entry)}."
                 raise PlantError(f"{section} '{name}' in {where}", found, f'Write {name} = {{ unit = "V" }}, say.')
@@ -280,7 +280,7 @@ def _words(row: Mapping[str, Any], key: str, asked: str) -> str:
     if not isinstance(text, str):
         raise PlantError(asked, f"{key} = {_shown(text)} is not a text.", f'Write {key} = "…".')
     if any(unicodedata.category(sign) in ("Cc", "Cs") and sign not in "\n\t" for sign in text):
-        raise PlantError(asked, f"{key} holds a control character: {_shown(text)}.", "Write letters and signs alone.")
+        raise PlantError(asked, f"{key} holds a control character: {_shown(text)}.", "Write printable characters only.")
     return text
 
 

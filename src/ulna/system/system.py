@@ -253,7 +253,7 @@ def _check_names(system: System) -> None:
         for item in row:
             if not item.name.isidentifier():
                 raise PlantError(
-                    f"{kind} '{item.name}' of '{system.name}'", "this is not a name.", "Use letters, digits, _."
+                    f"{kind} '{item.name}' of '{system.name}'", "this is not a valid name.", "Use letters, digits, _."
                 )
             if item.name in RESERVED:
                 raise PlantError(f"{kind} '{item.name}' of '{system.name}'", "the name is a function or constant.")
@@ -271,7 +271,7 @@ def _check_names(system: System) -> None:
     for name in names:
         if names.count(name) > 1:
             raise PlantError(
-                f"output '{name}' of '{system.name}'", "two outputs bear this name.", "Rename one of them."
+                f"output '{name}' of '{system.name}'", "two outputs have this name.", "Rename one of them."
             )
 
 

@@ -21,7 +21,7 @@ def with_uses(
         controlled, measured: names of outputs; of controlled ones in the order in which a law is to take them.
 
     Raises:
-        PlantError: a name that is no output, an output that stands twice.
+        PlantError: a name that is no output, an output that is given twice.
     """
     system = as_system(system)
     for what, names in (("controlled", controlled), ("measured", measured)):
@@ -65,4 +65,4 @@ def _check(system: System, what: str, names: Sequence[str] | None) -> None:
         if name not in known:
             raise PlantError(asked, f"there is no output '{name}'.", f"Its outputs: {', '.join(known) or 'none'}.")
         if list(names or ()).count(name) > 1:
-            raise PlantError(asked, f"'{name}' stands twice.", "Name it once.")
+            raise PlantError(asked, f"'{name}' is given twice.", "Name it once.")

@@ -44,7 +44,9 @@ def fan(
         SimulationError: an unknown signal.
     """
     if runs < 1 or not all(0 <= level <= 1 for level in levels):
-        raise CampaignError(f"fan(runs={runs}, levels={tuple(levels)})", "runs from 1 on, levels in [0, 1].")
+        raise CampaignError(
+            f"fan(runs={runs}, levels={tuple(levels)})", "expected one run or more, and levels in [0, 1]."
+        )
     experiment = result.experiment
     chosen = np.unique(np.linspace(0, result.runs - 1, min(runs, result.runs)).astype(np.int64))
     times = np.linspace(0.0, experiment.horizon, experiment.measures.samples + 1)

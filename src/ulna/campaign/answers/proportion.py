@@ -70,7 +70,9 @@ def settled_fraction(result: CampaignResult, *, confidence: float = 0.95, interv
         CampaignError: a confidence outside (0, 1).
     """
     if not 0 < confidence < 1:
-        raise CampaignError(f"settled_fraction(confidence={confidence})", "it lies between 0 and 1.", "0.95 is usual.")
+        raise CampaignError(
+            f"settled_fraction(confidence={confidence})", "expected a number between 0 and 1.", "0.95 is usual."
+        )
     count = sum(int(np.count_nonzero(block["settled"])) for block in result.blocks(["settled"]))
     low, high = interval(count, result.runs, confidence)
     return Proportion(

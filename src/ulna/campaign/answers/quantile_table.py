@@ -30,7 +30,7 @@ def quantiles(result: CampaignResult, figures: Sequence[str] = (), *, levels: Se
     import xarray as xr
 
     if not all(0 <= level <= 1 for level in levels):
-        raise CampaignError(f"quantiles(levels={tuple(levels)})", "levels lie between 0 and 1.")
+        raise CampaignError(f"quantiles(levels={tuple(levels)})", "expected levels between 0 and 1.")
     known = {column.name: column for column in result.columns}
     wanted = list(figures) or [c.name for c in result.columns if not c.varied and not c.whole]
     found = order_statistics(lambda: result.blocks(wanted), wanted, levels)

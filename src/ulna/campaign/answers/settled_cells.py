@@ -46,7 +46,9 @@ def settled_map(result: CampaignResult, x: str, y: str, *, cells: int | None = N
     if cells is None:
         cells = min(50, max(4, math.isqrt(result.runs // 10)))
     if x == y or cells < 1:
-        raise CampaignError(f"settled_map('{x}', '{y}', cells={cells})", "two different axes with cells are needed.")
+        raise CampaignError(
+            f"settled_map('{x}', '{y}', cells={cells})", "expected two different axes, each with at least one cell."
+        )
     found = {column.name: column for column in result.columns if column.varied}
     for name in (x, y):
         if name not in found:

@@ -32,7 +32,7 @@ def worst_cases(result: CampaignResult, figure: str, *, count: int = 10) -> tupl
         CampaignError: an unknown figure, or a count below one.
     """
     if count < 1:
-        raise CampaignError(f"worst_cases(count={count})", "at least one is needed.")
+        raise CampaignError(f"worst_cases(count={count})", "expected at least one.")
     worst = np.zeros((3, 0))
     first = 0
     for block in result.blocks(list({figure: None, "outcome": None, "end_time": None})):

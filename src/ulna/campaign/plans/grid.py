@@ -21,7 +21,7 @@ class Grid(Plan):
         seed: of the noise.
 
     Raises:
-        CampaignError: no axis, an empty one, a value that is not finite, or one that stands twice.
+        CampaignError: no axis, an empty one, a value that is not finite, or one that is given twice.
     """
 
     axes: Mapping[str, Sequence[float] | np.ndarray]
@@ -35,7 +35,7 @@ class Grid(Plan):
             if not values or not all(map(math.isfinite, values)):
                 raise CampaignError(f"axis '{name}' of a grid", "it needs at least one value, and all of them finite.")
             if len(set(values)) < len(values):
-                raise CampaignError(f"axis '{name}' of a grid", "a value stands twice.")
+                raise CampaignError(f"axis '{name}' of a grid", "a value is given twice.")
         Plan.__post_init__(self)
 
     @property

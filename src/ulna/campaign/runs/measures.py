@@ -38,9 +38,7 @@ class Window:
 
     def __post_init__(self) -> None:
         if not (0 <= self.begin < self.end < math.inf):
-            raise CampaignError(
-                f"Window(begin={self.begin}, end={self.end})", "the end must lie behind the begin, which is 0 or later."
-            )
+            raise CampaignError(f"Window(begin={self.begin}, end={self.end})", "expected 0 <= begin < end.")
 
     @property
     def label(self) -> str:
@@ -82,9 +80,11 @@ class Measures:
         labels = [window.label for window in self.windows]
         twice = [label for label in labels if labels.count(label) > 1]
         if twice:
-            raise CampaignError(f"two windows of '{twice[0]}'", "they have one name.", "Give Window(..., name='late').")
+            raise CampaignError(
+                f"two windows of '{twice[0]}'", "they have the same name.", "Give Window(..., name='late')."
+            )
         if self.samples < 1:
-            raise CampaignError(f"Measures(samples={self.samples})", "at least one interval is needed.")
+            raise CampaignError(f"Measures(samples={self.samples})", "expected at least one interval.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

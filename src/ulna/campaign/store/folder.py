@@ -153,7 +153,7 @@ def locked(path: Path) -> Iterator[None]:
     try:
         if not lock_alone(handle):
             raise CampaignError(
-                f"the result folder '{path}'", "another process is at work on it.", "Wait for it, or end it."
+                f"the result folder '{path}'", "another process is using it.", "Wait for it, or end it."
             )
         for place in (path, path / BATCHES):
             for name in _listed(place):
@@ -175,7 +175,7 @@ def _check_free(path: Path) -> None:
     if strange or _listed(path / BATCHES):
         raise CampaignError(
             f"the result folder '{path}'",
-            f"it holds files that are no campaign ({', '.join((strange or [BATCHES])[:3])}).",
+            f"it holds files that do not belong to a campaign ({', '.join((strange or [BATCHES])[:3])}).",
             "Give an empty or a new folder.",
         )
 
@@ -193,7 +193,7 @@ def open_folder(path: Path) -> FolderStore:
     except OSError as error:
         raise _unreadable(path, error) from error
     except (ValueError, RecursionError) as error:
-        raise CampaignError(f"'{path / MANIFEST}'", f"it is truncated or no JSON ({error}).") from None
+        raise CampaignError(f"'{path / MANIFEST}'", f"it is truncated or not JSON ({error}).") from None
     try:
         return FolderStore(path, Manifest.from_mapping(data))
     except (KeyError, TypeError, ValueError) as error:

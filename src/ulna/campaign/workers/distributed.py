@@ -184,7 +184,9 @@ class _Flight:
             return
         if late and not self.said:
             found = f"{len(late)} batches are overdue ({due:.3g} s) at {', '.join(sorted(self.silent)) or 'a worker'}"
-            warnings.warn(UlnaWarning(f"{found}: others get them, and whoever is first counts."), stacklevel=2)
+            warnings.warn(
+                UlnaWarning(f"{found}: they are given to others as well, and the first result counts."), stacklevel=2
+            )
             self.said = True
         for batch in late.values():
             self.send(batch)
@@ -255,7 +257,7 @@ def _threads(client: Client, timeout: float) -> dict[str, int]:
             raise CampaignError(
                 "a campaign on a cluster",
                 f"the scheduler has not answered for {timeout:g} s.",
-                "Wake it up or start another, then the campaign again; batches that are done are safe.",
+                "Resume it or start another one, then start the campaign again; batches that are done are safe.",
             ) from None
         except OSError:
             break
@@ -289,5 +291,5 @@ def _gone() -> CampaignError:
     return CampaignError(
         "a campaign on a cluster",
         "the scheduler is gone.",
-        "Start it and the campaign again; batches that are done are safe.",
+        "Start it, then the campaign again; batches that are done are safe.",
     )

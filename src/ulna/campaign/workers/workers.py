@@ -46,7 +46,7 @@ class LocalWorkers:
 
     def __post_init__(self) -> None:
         if self.threads is not None and self.threads < 1:
-            raise CampaignError(f"LocalWorkers(threads={self.threads})", "at least one is needed.")
+            raise CampaignError(f"LocalWorkers(threads={self.threads})", "expected at least one.")
 
     def batch_size(self, runs: int) -> int:
         """All threads work on one batch."""

@@ -101,7 +101,7 @@ def limited(system: System, saturation: Mapping[str, Saturation]) -> System:
     """The system with inputs, or signals between its parts, held within their limits.
 
     Raises:
-        SimulationError: names that the system does not have; limits in a ring without a state.
+        SimulationError: names that the system does not have; limits in an algebraic loop.
     """
     return rules(system, Limits(saturation=tuple(saturation.items())), ()).shown
 
@@ -184,8 +184,8 @@ def _expanded(system: System, limited: Mapping[sp.Symbol, sp.Expr]) -> _Expanded
             names = ", ".join(s.name for s in limited)
             raise SimulationError(
                 f"saturation of '{names}' in '{system.name}'",
-                "it lies in a ring without a state, which is solved without limits.",
-                "Break the ring with a state, or give a period: a processor limits what it commands.",
+                "it lies in an algebraic loop, which is solved without limits.",
+                "Break that loop with a state, or give a period: a processor limits what it commands.",
             )
         found = solve_affine(equations, unknowns, where=f"'{system.name}'")
         meaning = {symbol: e.xreplace(found) for symbol, e in meaning.items()} | found

@@ -221,8 +221,8 @@ def _breakpoints(inputs: Mapping[str, Input], times: np.ndarray) -> np.ndarray |
             if short:
                 raise SimulationError(
                     f"input '{name}'",
-                    f"it is given from {given.times[0]:g} s to {given.times[-1]:g} s, the run goes from {first:g} s "
-                    f"to {last:g} s.",
+                    f"it is given from {given.times[0]:g} s to {given.times[-1]:g} s, "
+                    f"but the run goes from {first:g} s to {last:g} s.",
                     "Give samples for the whole run.",
                 )
             found.append(given.times[(given.times > first) & (given.times < last)])

@@ -28,7 +28,8 @@ class Gpu:
     def __post_init__(self) -> None:
         if self.runs < 1 or not (1 <= self.threads <= 1024):
             raise SimulationError(
-                f"Gpu(runs={self.runs}, threads={self.threads})", "a batch has runs, a block 1 to 1024 threads."
+                f"Gpu(runs={self.runs}, threads={self.threads})",
+                "expected at least one run, and 1 to 1024 threads in a block.",
             )
 
     @property

@@ -168,7 +168,7 @@ def _check_span(name: str, given: Input, end: float) -> None:
     if given.times[0] > 0.0 or (isinstance(given, Interpolated) and given.times[-1] < end - TINY):
         raise SimulationError(
             f"input '{name}' of the sampled loop",
-            f"it is given from {given.times[0]:g} s to {given.times[-1]:g} s, the run goes from 0 s to {end:g} s.",
+            f"it is given from {given.times[0]:g} s to {given.times[-1]:g} s, but the run goes from 0 s to {end:g} s.",
             "Give samples for the whole run.",
         )
 

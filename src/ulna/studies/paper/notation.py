@@ -110,7 +110,7 @@ def read_printed(text: str, names: Mapping[str, Any] | None = None) -> Printed:
 
 def _read(text: str, names: Mapping[str, Any], number: Callable[[Digits], Any]) -> Any:
     if len(text) > _LONGEST:
-        raise FormulaError("a printed formula", f"it has {len(text)} letters, more than {_LONGEST}.")
+        raise FormulaError("a printed formula", f"it has {len(text)} characters, more than {_LONGEST}.")
     try:
         tree = ast.parse(text, mode="eval")
     except (SyntaxError, ValueError) as error:
@@ -139,9 +139,7 @@ def _value(node: ast.expr, text: str, names: Mapping[str, Any], number: Callable
         function = names.get(node.func.id, _FUNCTIONS.get(node.func.id))
         if callable(function):
             return function(*(inner(argument) for argument in node.args))
-    raise FormulaError(
-        f"the printed formula '{text}'", f"'{ast.get_source_segment(text, node)}' is nothing that is read here."
-    )
+    raise FormulaError(f"the printed formula '{text}'", f"'{ast.get_source_segment(text, node)}' cannot be read here.")
 
 
 def _exponent(node: ast.expr, text: str) -> int:

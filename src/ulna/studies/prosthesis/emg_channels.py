@@ -50,7 +50,7 @@ def chosen_channels(channels: Channels, muscles: Sequence[str]) -> Channels:
         muscles = [each.strip() for each in muscles.split(",")]
     if not channels.names:
         raise RecordingError(
-            f"the recording '{channels.source}'", "it has no channels beside the time.", "One is needed."
+            f"the recording '{channels.source}'", "it has no channels beside the time.", "At least one is needed."
         )
     if len(muscles) > 2:
         raise RecordingError(

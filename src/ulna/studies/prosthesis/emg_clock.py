@@ -64,9 +64,7 @@ def read_clock(sheet: Sheet, rate: float | None) -> Clock:
         raise failed
     if stated is None:
         what = "it has sample numbers, but nothing says their rate." if indices else "no column holds times."
-        raise RecordingError(
-            f"the recording '{sheet.source}'", what, "Give the samples a second: rate=1000, where it is that."
-        )
+        raise RecordingError(f"the recording '{sheet.source}'", what, "Give the samples per second, rate=1000 say.")
     origin = "the rate given" if rate is not None else "the rate in its titles"
     if indices:
         steps = _unwrapped_steps(sheet, indices[0])
@@ -130,7 +128,7 @@ def _from_times(sheet: Sheet, column: int, stated: float | None, *, asked: bool,
     if not known.all() or len(steps) < 2 or not steps.any():
         line = sheet.lines[~known][0] if not known.all() else sheet.lines[-1]
         what = "the time is missing" if not known.all() else "time stands still"
-        raise RecordingError(f"the recording '{sheet.source}'", f"line {line}: {what}.", "Mend or delete that line.")
+        raise RecordingError(f"the recording '{sheet.source}'", f"line {line}: {what}.", "Correct or delete that line.")
     step = _step(steps)
     unit, assumed = _unit(sheet, column, step, stated)
     scale = _SECONDS[unit]
@@ -176,8 +174,8 @@ def _unit(sheet: Sheet, column: int, step: float, stated: float | None) -> tuple
     rate = "" if stated is None else f", which is {stated:g} samples a second in no unit"
     raise RecordingError(
         f"the recording '{sheet.source}'",
-        f"its times grow by {step:g}{rate}.",
-        "Name the unit in the title: 'time [ms]'; or give the samples a second: rate=1000.",
+        f"its times increase by {step:g}{rate}.",
+        "Name the unit in the title: 'time [ms]'; or give the samples per second: rate=1000.",
     )
 
 
@@ -244,7 +242,7 @@ def _unwrapped_steps(sheet: Sheet, column: int) -> np.ndarray:
         k = int(bad[0]) + 1
         raise RecordingError(
             f"the recording '{sheet.source}'",
-            f"sample numbers do not grow in line {sheet.lines[k]}: {numbers[k]:g} after {numbers[k - 1]:g}.",
+            f"sample numbers do not increase in line {sheet.lines[k]}: {numbers[k]:g} after {numbers[k - 1]:g}.",
             "Cut it there.",
         )
     return np.round(steps)

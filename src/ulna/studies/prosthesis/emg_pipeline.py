@@ -47,7 +47,7 @@ class Pipeline:
     def __post_init__(self) -> None:
         check_rate("a pipeline", self.rate, envelope=self.rectified)
         if not (0 <= self.dead_band < 1):
-            raise DesignError(f"a dead band of {self.dead_band}", "it lies in [0, 1).")
+            raise DesignError(f"a dead band of {self.dead_band}", "expected a number in [0, 1).")
         if not all(rest < level for level, rest in zip(self.contraction, self.rest, strict=True)) or min(self.rest) < 0:
             raise DesignError(
                 f"contractions {self.contraction} over rest {self.rest}",
@@ -57,7 +57,9 @@ class Pipeline:
         if not (0 < self.mains < math.inf):
             raise DesignError(f"a pipeline with mains={self.mains:g} Hz", "it must be above 0.", "It is 50 or 60.")
         if not (0 < self.envelope < self.rate / 2):
-            raise DesignError(f"a pipeline with envelope={self.envelope:g} Hz", f"it lies in (0, {self.rate / 2:g}).")
+            raise DesignError(
+                f"a pipeline with envelope={self.envelope:g} Hz", f"expected a number in (0, {self.rate / 2:g})."
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

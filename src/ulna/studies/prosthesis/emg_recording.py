@@ -57,7 +57,7 @@ def read_recording(
     if rate is not None and abs(found.rate / rate - 1) > 1e-3:
         raise RecordingError(
             f"the recording '{source}' with rate={rate:g}",
-            f"it says {found.rate:.6g} samples a second.",
+            f"the file says {found.rate:.6g} samples a second.",
             "Leave it out.",
         )
     channels = chosen_channels(found, muscles)
