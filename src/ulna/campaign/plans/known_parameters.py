@@ -43,7 +43,7 @@ def posterior(plant: SystemLike) -> Posterior:
         CampaignError: no parameter has a standard deviation.
 
     Examples:
-        >>> from ulna.system import system_from_mapping
+        >>> from ulna import posterior, system_from_mapping
         >>> known = {"m": {"value": 2, "std": 0.1}, "k": {"value": 5, "std": 1, "range": [0, 9]}}
         >>> lag = {"name": "lag", "parameters": known, "states": {"x": "-k*x/m"}, "correlation": {"k": {"m": 0.8}}}
         >>> told = posterior(system_from_mapping(lag))
