@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,18 @@ from compilers import GCC
 from firmware_loops import arm_loops, catalogue_loop
 
 from ulna.deploy import DeployError, FixedPoint, c_project, compare, fixed_firmware, verify
-from ulna.program import Assembly, Operation, UnboundedError, format_of, to_fixed, to_python
+from ulna.program import (
+    Assembly,
+    IntegerProgram,
+    Kernel,
+    Operation,
+    UnboundedError,
+    format_of,
+    restricted,
+    to_fixed,
+    to_python,
+)
+from ulna.program.fixed import Step
 
 FLAGS = [
     *("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wundef", "-Wmissing-prototypes"),
@@ -37,6 +49,65 @@ def test_functions_stay_near_those_of_double_precision(factor: int, part: float)
         for (name, form), n, wanted in zip(program.outputs.items(), program.run(given), expected, strict=True):
             assert form.lower <= form.number(n) <= form.upper, name
             assert form.number(n) == pytest.approx(wanted, abs=part * max(1.0, form.upper)), name
+            assert abs(form.number(n) - wanted) <= program.errors[name], name
+    assert all(program.errors[name] < 10.0 * part * max(1.0, form.upper) for name, form in program.outputs.items())
+    assert not program.doubts
+
+
+def _beyond(program: IntegerProgram, kernel: Kernel, names: list[str], count: int) -> int:
+    """At how many of random points an output is farther from double precision than its bound."""
+    exact, random = to_python(kernel), np.random.default_rng(2)
+    beyond = 0
+    for _ in range(count):
+        given = [int(random.integers(*form.ends, endpoint=True)) for form in program.inputs.values()]
+        numbers = exact(*(form.number(n) for n, form in zip(given, program.inputs.values(), strict=True)))
+        wanted = dict(zip(kernel.outputs, numbers, strict=True))
+        found = dict(zip(program.outputs, program.run(given), strict=True))
+        for name in names:
+            form = program.outputs[name]
+            beyond += (
+                abs(form.number(found[name]) - min(max(wanted[name], form.lower), form.upper)) > program.errors[name]
+            )
+    return beyond
+
+
+@pytest.mark.parametrize(("name", "factor"), [("paper", 32), ("watched", 16), ("PID", 16), ("series_dc_motor", 32)])
+def test_no_call_is_farther_from_double_precision_than_its_bound(name: str, factor: int) -> None:
+    made = fixed_firmware(arm_loops().get(name) or catalogue_loop(name), FixedPoint(factor=factor))
+    assert 0.0 < made.seen["u"] <= made.bounds["u"] < (1e-4 if factor == 32 else 0.2)
+    command = made.made.commands[0].slot
+    assert _beyond(made.program, made.kernel, [command], 500) == 0
+    spoilt = [
+        replace(each, value=each.value - each.value // 4) if each.step is Step.CONSTANT else each
+        for each in made.program.instructions
+    ]
+    assert _beyond(replace(made.program, instructions=tuple(spoilt)), made.kernel, [command], 500) > 0
+
+
+def test_counts_keep_all_their_bits_as_factors_of_sixteen() -> None:
+    """A late call is counted in microseconds: 1150 of them are not 0."""
+    made = fixed_firmware(arm_loops()["watched"], FixedPoint(factor=16))
+    on_time, late = [0.0, 0.1, 1e-3, 0.0], [0.0, 0.1, 1.2e-3, 0.0]
+    assert made.run(np.array([on_time, on_time, late, on_time]))[:, -1].tolist() == [0, 0, 4, 0]
+    assert made.difference["u"] < 0.01
+    texts = [doubt.text for doubt in made.doubts]
+    assert "((elapsed*1e-06) ≤ 0.00115)" in texts
+    assert not any("absent" in text for text in texts)  # whole numbers are exact
+
+
+def test_a_comparison_that_rounding_can_decide_is_a_doubt_with_its_margin() -> None:
+    w = Assembly("k")
+    x = w.input("x")
+    kernel = w.finished(
+        {"jump": (x * 0.3).less(0.1).where(-1.0, 1.0), "least": (x * 0.3).less(0.1).where(x * 0.3, 0.1)}
+    )
+    program = to_fixed(kernel, {"x": format_of(-1, 1)}, {}, factor=16)
+    assert [doubt.text for doubt in program.doubts] == ["((x*0.3) < 0.1)"]
+    assert 1e-6 < program.doubts[0].margin < 1e-4
+    assert program.errors["jump"] == 0.0
+    only = to_fixed(restricted(kernel, ["least"]), {"x": format_of(-1, 1)}, {}, factor=16)
+    assert not only.doubts  # the smaller of two is near the other where the comparison is in doubt
+    assert 0.0 < only.errors["least"] < 1e-4
 
 
 def test_what_has_no_bounds_is_named_with_its_interval() -> None:
@@ -88,7 +159,7 @@ def test_ranges_and_differences_stand_in_the_readme(tmp_path: Path) -> None:
     assert made.fixed is not None
     assert made.fixed.difference["u"] < 1e-5
     text = (tmp_path / "c" / "README.md").read_text()
-    for line in ("| omega_hat | -9 | 9 | stated |", "| u | -24 | 24 | its saturation |", "not a bound for others"):
+    for line in ("| omega_hat | -9 | 9 | stated |", "| u | -24 | 24 | its saturation |", "| u | V | 1"):
         assert line in text
 
 

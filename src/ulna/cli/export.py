@@ -209,6 +209,12 @@ def _tell(made: CProject, compared: Comparison | None, asked: Run, *, as_json: b
             "operations": made.operations,
             "files": list(made.files),
         }
+        if fixed is not None:
+            data["accuracy"] = {
+                "bounds": dict(fixed.bounds),
+                "seen": dict(fixed.seen),
+                "along_run": dict(fixed.difference),
+            }
         if compared is not None:
             data["comparison"] = {
                 "equal": compared.equal,
@@ -224,6 +230,8 @@ def _tell(made: CProject, compared: Comparison | None, asked: Run, *, as_json: b
         f"{made.operations} operations on {kind} every {shipped.hardware.period} s, "
         f"{len(shipped.memory)} numbers of memory"
     )
+    if fixed is not None:
+        typer.echo(fixed.accuracy)
     if compared is not None:
         typer.echo(str(compared))
     missing = [s.name for s in asked.loop.references if s.name not in asked.inputs]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from ulna.deploy.rehearsal import rehearsal
 from ulna.loop import Loop, Quantiser
 from ulna.program import (
     Assembly,
+    Doubt,
     Format,
     IntegerProgram,
     Kernel,
@@ -48,18 +50,27 @@ class FixedFirmware:
 
     Attributes:
         made: the same step in double precision, with names and ports. fixed: what was asked for.
-        program: of integers; inputs and outputs are the slots of the step.
+        kernel, program: the step on counts in double precision, and in integers; both have its slots.
         counts: step of the sensor of each measured signal that comes in counts, by slot.
         ranges: of every signal, by its name.
-        difference: largest difference of each command from the step in double precision along the rehearsed run, SI.
+        bounds: of each command, how far one call is from the step in double precision at most, SI: on the same inputs
+            and memory, this step limited to the same ranges, too, and every doubt decided as there.
+        seen: the largest such difference in the calls of the rehearsed run; larger than its bound where a doubt was
+            decided otherwise.
+        difference: largest difference of each command along the rehearsed run, where each step has a memory of its own.
+        doubts: comparisons that may be decided otherwise, in names of the C.
     """
 
     made: Firmware
     fixed: FixedPoint
+    kernel: Kernel
     program: IntegerProgram
     counts: Mapping[str, float]
     ranges: Mapping[str, Range]
+    bounds: Mapping[str, float]
+    seen: Mapping[str, float]
     difference: Mapping[str, float]
+    doubts: tuple[Doubt, ...]
 
     def integers(self, rows: np.ndarray) -> list[list[int]]:
         """Rows in SI, in the order of the firmware's inputs, as the integers that the C takes."""
@@ -73,16 +84,28 @@ class FixedFirmware:
 
     def run_integers(self, rows: list[list[int]]) -> list[list[int]]:
         """(N, outputs) integers of the C: commands, estimates, then the fault code."""
+        wanted = [*(port.slot for port in (*self.made.commands, *self.made.estimates)), "code"]
+        return [[found[name] for name in wanted] for _, found in self.calls(rows)]
+
+    def calls(self, rows: list[list[int]]) -> Iterator[tuple[dict[str, int], dict[str, int]]]:
+        """Inputs and outputs of the program at each call, by slot."""
         slots = {name: self.program.inputs[name].integer(value) for name, value in self.initial.items()}
         names = [*(port.slot for port in self.made.inputs), *(["missed"] if self.made.missed else [])]
-        wanted = [*(port.slot for port in (*self.made.commands, *self.made.estimates)), "code"]
-        answer, compute, inputs = [], self.program.compiled, tuple(self.program.inputs)
+        compute, inputs = self.program.compiled, tuple(self.program.inputs)
         for row in rows:
             known = {**slots, **dict(zip(names, row, strict=True))}
             found = dict(zip(self.program.outputs, compute(*(known[n] for n in inputs)), strict=True))
             slots = {name: found[name] for name in slots}
-            answer.append([found[name] for name in wanted])
-        return answer
+            yield known, found
+
+    @property
+    def accuracy(self) -> str:
+        """How far it is from double precision, as half a sentence."""
+        each = [
+            f"{port.name} at most {self.bounds[port.name]:.2g} ({self.seen[port.name]:.2g} seen)"
+            for port in self.made.commands
+        ]
+        return f"one call is off double precision by: {', '.join(each)}"
 
     @property
     def initial(self) -> Mapping[str, float]:
@@ -130,11 +153,38 @@ def fixed_firmware(
     program = _program(kernel, shipped, formats, fixed)
     found = FixedFirmware(
         made=replace(made, kernel=shipped.kernel, memory=shipped.memory, initial=shipped.initial, loop=made.loop),
-        fixed=fixed, program=program, counts=counts, ranges=named, difference={},
+        fixed=fixed, kernel=kernel, program=program, counts=counts, ranges=named, seen={}, difference={},
+        bounds={port.name: program.errors[port.slot] for port in made.commands}, doubts=_doubts(made, program),
     )  # fmt: skip
-    expected, computed = made.run(rows), found.run(rows)
-    worst = np.abs(expected - computed).max(axis=0).tolist()
-    return replace(found, difference={port.name: worst[k] for k, port in enumerate(made.commands)})
+    worst = np.abs(made.run(rows) - found.run(rows)).max(axis=0).tolist()
+    return replace(
+        found,
+        seen=_seen(found, rows),
+        difference={port.name: worst[k] for k, port in enumerate(made.commands)},
+    )
+
+
+def _seen(found: FixedFirmware, rows: np.ndarray) -> dict[str, float]:
+    """The largest difference of each command from the step in double precision, call by call on the same memory."""
+    program, kernel, evaluate = found.program, found.kernel, to_python(found.kernel)
+    worst = {port.name: 0.0 for port in found.made.commands}
+    for given, answer in found.calls(found.integers(rows)):
+        exact = evaluate(*(program.inputs[name].number(given[name]) for name in kernel.inputs))
+        numbers = dict(zip(kernel.outputs, exact, strict=True))
+        for port in found.made.commands:
+            form = program.outputs[port.slot]
+            expected = min(max(numbers[port.slot], form.lower), form.upper)
+            worst[port.name] = max(worst[port.name], abs(form.number(answer[port.slot]) - expected))
+    return worst
+
+
+def _doubts(made: Firmware, program: IntegerProgram) -> tuple[Doubt, ...]:
+    """The doubts of a program, slots called as in C."""
+    names = dict(made.memory) | {port.slot: port.name for port in made.inputs}
+    return tuple(
+        replace(each, text=re.sub(r"[a-z_]\w*", lambda word: names.get(word[0], word[0]), each.text))
+        for each in program.doubts
+    )
 
 
 def _counted(kernel: Kernel, counts: Mapping[str, float]) -> Kernel:

@@ -47,9 +47,10 @@ class CProject:
     def __repr__(self) -> str:
         made, fixed = self.firmware, self.fixed
         kind = made.precision.value if fixed is None else fixed.fixed.name
+        accuracy = "" if fixed is None else f"; {fixed.accuracy}"
         return (
             f"CProject '{made.name}' in {self.folder}: {self.operations} operations on "
-            f"{kind} every {made.hardware.period} s, design {made.fingerprint}"
+            f"{kind} every {made.hardware.period} s, design {made.fingerprint}{accuracy}"
         )
 
 

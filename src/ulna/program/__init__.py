@@ -8,7 +8,7 @@ from ulna.program.branches import REST, Branch, Branched, branches_of, with_bran
 from ulna.program.costly import COSTLY, costly_first
 from ulna.program.edges import Edges, edges_of
 from ulna.program.factored import factored
-from ulna.program.fixed import Format, IntegerProgram, UnboundedError, format_of, to_fixed
+from ulna.program.fixed import Doubt, Format, IntegerProgram, UnboundedError, format_of, to_fixed
 from ulna.program.flow_series import FlowSeries
 from ulna.program.hoist import HOISTED, Hoisted, hoist
 from ulna.program.identifiers import is_plain_name
@@ -59,6 +59,7 @@ __all__ = [
     "Assembly",
     "Branch",
     "Branched",
+    "Doubt",
     "Edges",
     "FlowSeries",
     "Format",

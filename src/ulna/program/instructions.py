@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 
 class Operation(StrEnum):
@@ -151,21 +152,35 @@ class InstructionList:
         return index
 
 
+@runtime_checkable
+class Operated(Protocol):
+    """What has operands: an instruction on numbers, or on integers."""
+
+    @property
+    def operands(self) -> tuple[int, ...]:
+        """Indices of earlier values."""
+        ...
+
+
+_T = TypeVar("_T", bound=Operated)
+
+
 def pruned(
-    input_count: int, instructions: Iterable[Instruction], results: Iterable[int]
-) -> tuple[tuple[Instruction, ...], tuple[int, ...]]:
+    input_count: int, instructions: Iterable[_T], results: Iterable[int]
+) -> tuple[tuple[_T, ...], tuple[int, ...]]:
     """The instructions that the results need, renumbered, and the renumbered results."""
     listed = tuple(instructions)
     results = tuple(results)
     needed = set(results)
+    changed: Any = replace
     for position in range(len(listed) - 1, -1, -1):
         if position + input_count in needed:
             needed.update(listed[position].operands)
     renumbered = {index: index for index in range(input_count)}
-    kept: list[Instruction] = []
+    kept: list[_T] = []
     for position, instruction in enumerate(listed):
         if position + input_count in needed:
             renumbered[position + input_count] = input_count + len(kept)
             operands = tuple(renumbered[operand] for operand in instruction.operands)
-            kept.append(Instruction(operation=instruction.operation, operands=operands, value=instruction.value))
+            kept.append(instruction if operands == instruction.operands else changed(instruction, operands=operands))
     return tuple(kept), tuple(renumbered[result] for result in results)

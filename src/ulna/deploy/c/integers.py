@@ -49,7 +49,11 @@ def fixed_words(made: FixedFirmware, rows: np.ndarray) -> dict[str, Any]:
             **{port.name: made.form_in(port.slot).point for port in shipped.inputs if port.slot not in made.counts},
         },
         "signal_ranges": made.ranges,
-        "differences": made.difference,
+        "differences": [
+            (port.name, port.signal.unit, made.bounds[port.name], made.seen[port.name], made.difference[port.name])
+            for port in shipped.commands
+        ],
+        "doubts": made.doubts,
         "functions": program.functions,
         "rows": [
             {"given": [str(v) for v in row], "expected": [str(v) for v in answer[:-1]], "fault": [str(answer[-1])]}

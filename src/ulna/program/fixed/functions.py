@@ -4,21 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from ulna.program.fixed.builder import Integers, UnboundedError, Value
-from ulna.program.fixed.integers import Step
+from ulna.program.fixed.integers import WORD, Step
 from ulna.program.fixed.interval import EVERYTHING, Interval, enclosed
-from ulna.program.fixed.polynomial import Piece, exact_function, pieces_of
+from ulna.program.fixed.polynomial import Piece, exact_function, pieces_of, variation
 from ulna.program.instructions import Operation
 
 _ROUND = {Operation.SIN: 0.0, Operation.COS: math.pi / 2}
 """Functions of a whole turn, and what makes a sine of each."""
 _FEW = 1.6
 """Radians up to which a sine needs no whole turns taken off."""
+WRITTEN = 2.0**-48
+"""What a function that is written out in double precision is off by at most, of its largest value."""
 
 
 def function_of(w: Integers, operation: Operation, a: Value, part: float) -> Value:
     """The function of a value. part: the error that is aimed at, of the largest value."""
+    return _with_error_of(a, _computed(w, operation, a.sure, part), str(operation), exact_function(str(operation)))
+
+
+def _computed(w: Integers, operation: Operation, a: Value, part: float) -> Value:
     if operation in _ROUND and a.interval.size > _FEW:
         return _sine(w, operation, a, part)
     if operation is Operation.TAN and a.interval.size >= math.pi / 2:
@@ -38,27 +45,35 @@ def power_of(w: Integers, a: Value, exponent: float, part: float) -> Value:
         raise UnboundedError(f"a power {exponent:g} of a number in {a.interval}", "it may be 0 or negative.")
     function = exact_function("pow", exponent)
     name = f"power {exponent:g}"
-    return _fitted(w, name, function, a, None, part)
+    return _with_error_of(a, _fitted(w, name, function, a.sure, None, part), name, function)
+
+
+def _with_error_of(a: Value, value: Value, name: str, function: Callable[[float], float]) -> Value:
+    """The function's value: its own error, and what that of its argument makes of it."""
+    own = value.error + WRITTEN * value.interval.size
+    return replace(value, error=own + variation(name, function, a.interval, a.error), doubts=a.doubts)
 
 
 def _sine(w: Integers, operation: Operation, a: Value, part: float) -> Value:
     """sin(r) with the sign of (−1)^n, r = a + shift − n π, |r| ≤ π/2."""
     moved = w.sum(Step.ADD, a, w.constant(_ROUND[operation])) if _ROUND[operation] else a
     turns = w.sum(Step.ADD, _exact_product(w, moved, 1.0 / math.pi), w.constant(0.5))
-    whole = w.floor(turns)
+    # Any whole number near the true one gives the same sine: only what is left over counts.
+    whole, uncertain = w.floor(turns).sure, math.pi * turns.error
     rest = _limited(w, w.sum(Step.SUB, moved, _exact_product(w, whole, math.pi)), math.pi / 2)
-    value = _fitted(w, str(Operation.SIN), math.sin, rest, Operation.SIN, part)
+    value = _fitted(w, str(Operation.SIN), math.sin, rest.sure, Operation.SIN, part)
+    value = replace(value, error=value.error + rest.error + uncertain)
     half = w.floor(w.product(whole, w.constant(0.5)))
     odd = w.compared(Step.LESS, w.sum(Step.ADD, half, half), whole)
     negative = w.sign_changed(value)
-    return w.choice(odd, negative, value, (negative.interval, value.interval))
+    return w.choice(odd.sure, negative, value, (negative.interval, value.interval))
 
 
 def _exact_product(w: Integers, a: Value, factor: float) -> Value:
     """A product whose factors keep all their bits: what is taken off are whole turns."""
-    narrow, w.narrow = w.narrow, 0
+    bits, w.factor = w.factor, WORD
     found = w.product(a, w.constant(factor))
-    w.narrow = narrow
+    w.factor = bits
     return found
 
 
@@ -78,11 +93,15 @@ def _fitted(
     pieces, error = pieces_of(function, a.interval, part)
     w.functions[name] = max(error, w.functions.get(name, 0.0))
     conditions = [w.compared(Step.LESS, a, w.constant(piece.middle + piece.half)) for piece in pieces[:-1]]
+    # At an edge either piece serves; beyond it by a rounding the argument is limited to the piece.
+    beyond = max((w.margins.get(each.index, 0.0) for each in conditions), default=0.0)
+    conditions = [each.sure for each in conditions]
     middle = _chosen(w, conditions, [piece.middle for piece in pieces])
     half = max(piece.half for piece in pieces)
     t = _limited(w, w.product(w.sum(Step.SUB, a, middle), w.constant(1.0 / half)), 1.0)
     value = w.extreme(Step.MIN, _horner(w, conditions, pieces, t), w.constant(true.upper))
-    return w.extreme(Step.MAX, value, w.constant(true.lower))
+    value = w.extreme(Step.MAX, value, w.constant(true.lower))
+    return replace(value, error=value.error + error + variation(name, function, a.interval, beyond))
 
 
 def _horner(w: Integers, conditions: list[Value], pieces: tuple[Piece, ...], t: Value) -> Value:

@@ -54,8 +54,6 @@ class IntegerInstruction:
     operands: tuple[int, ...] = ()
     shifts: tuple[int, ...] = ()
     value: int = 0
-    short: bool = False
-    """Whether the factors of a product have 16 bits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +82,18 @@ class Format:
         return value * 2.0**-self.point
 
 
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """A comparison, or a rounding to whole numbers, that may come out otherwise than in double precision.
+
+    Attributes:
+        text: what is decided. margin: how near to each other its sides must be for that.
+    """
+
+    text: str
+    margin: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntegerProgram:
     """A function from named integers to named integers.
@@ -91,6 +101,8 @@ class IntegerProgram:
     Attributes:
         inputs, outputs: names with the format of each. instructions: the list. results: of each output its value.
         functions: largest error of each polynomial that stands for a function, by name, and where it is used.
+        errors: of each output, how far it is from the same kernel in double precision on the same inputs at most, as
+            long as every doubt comes out as there. doubts: of all outputs.
     """
 
     inputs: Mapping[str, Format]
@@ -98,6 +110,8 @@ class IntegerProgram:
     instructions: tuple[IntegerInstruction, ...]
     results: tuple[int, ...]
     functions: Mapping[str, float] = field(default_factory=dict)
+    errors: Mapping[str, float] = field(default_factory=dict)
+    doubts: tuple[Doubt, ...] = ()
 
     def run(self, given: Sequence[int]) -> list[int]:
         """The outputs in order, of inputs in order, which are limited to their bounds."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from ulna.program.fixed.builder import Integers, UnboundedError, Value, point_of
 from ulna.program.fixed.functions import function_of, power_of
-from ulna.program.fixed.integers import Format, IntegerInstruction, IntegerProgram, Step
+from ulna.program.fixed.integers import Doubt, Format, IntegerProgram, Step
 from ulna.program.fixed.interval import Interval
-from ulna.program.instructions import Instruction, Operation
+from ulna.program.instructions import Instruction, Operation, pruned
 from ulna.program.kernel import Kernel
 
 _FUNCTIONS = frozenset(
@@ -66,32 +65,18 @@ def to_fixed(
         else:
             value = _stored(w, value, form)
         formats[name] = form
-        results.append(value.index)
-    instructions, kept = _needed(len(kernel.inputs), w.instructions, results)
+        results.append(value)
+    doubts = frozenset[int]().union(*(value.doubts for value in results))
+    instructions, kept = pruned(len(kernel.inputs), w.instructions, [value.index for value in results])
     return IntegerProgram(
         inputs={name: inputs[name] for name in kernel.inputs},
         outputs=formats,
         instructions=instructions,
         results=kept,
         functions=dict(w.functions),
+        errors={name: value.error for name, value in zip(kernel.outputs, results, strict=True)},
+        doubts=tuple(Doubt(walk.doubted[k], w.margins[k]) for k in sorted(doubts)),
     )
-
-
-def _needed(
-    first: int, listed: list[IntegerInstruction], results: list[int]
-) -> tuple[tuple[IntegerInstruction, ...], tuple[int, ...]]:
-    """The instructions that the results need, renumbered, and the renumbered results."""
-    needed = set(results)
-    for index in range(first + len(listed) - 1, first - 1, -1):
-        if index in needed:
-            needed.update(listed[index - first].operands)
-    place = {k: k for k in range(first)}
-    kept: list[IntegerInstruction] = []
-    for index, each in enumerate(listed, start=first):
-        if index in needed:
-            place[index] = first + len(kept)
-            kept.append(replace(each, operands=tuple(place[k] for k in each.operands)))
-    return tuple(kept), tuple(place[k] for k in results)
 
 
 def _stored(w: Integers, value: Value, form: Format) -> Value:
@@ -111,15 +96,19 @@ class _Walk:
         self.first = len(kernel.inputs)
         self.values: list[Value | None] = list(w.inputs)
         self.numbers: dict[int, float] = {}
+        self.doubted: dict[int, str] = {}
         for index, each in enumerate(kernel.instructions, start=self.first):
             if each.operation is Operation.CONSTANT:
                 self.numbers[index] = each.value
                 self.values.append(None)
                 continue
             try:
-                self.values.append(self._next(each))
+                value = self._next(each)
             except UnboundedError as error:
                 raise UnboundedError(f"{self._text(index, 3)} in fixed point", *_parts(error)) from None
+            for doubt in value.doubts:
+                self.doubted.setdefault(doubt, self._text(index, 3))
+            self.values.append(value)
 
     def value(self, index: int) -> Value:
         """The value of an index; constants are made when they are used."""
@@ -196,7 +185,8 @@ class _Walk:
         if decided.interval.lower == decided.interval.upper:
             return self.value(yes if decided.interval.lower != 0.0 else no)
         narrowed = self._narrowed(condition, yes, truth=True), self._narrowed(condition, no, truth=False)
-        return self.w.choice(decided, self.value(yes), self.value(no), narrowed)
+        compares = [{yes, no}] == [set(pair) for pair in self._facts(condition, truth=True)]
+        return self.w.choice(decided, self.value(yes), self.value(no), narrowed, compares=compares)
 
     def _narrowed(self, condition: int, index: int, *, truth: bool) -> Interval:
         """What a value can be where the condition holds, or does not."""
@@ -234,7 +224,7 @@ class _Walk:
             return f"{each.value:.4g}"
         if depth == 0:
             return "…"
-        signs = {"add": " + ", "sub": " - ", "mul": "*", "div": "/"}
+        signs = {"add": " + ", "sub": " - ", "mul": "*", "div": "/", "less": " < ", "less_equal": " ≤ ", "equal": " = "}
         parts = [self._text(k, depth - 1) for k in each.operands]
         if each.operation in signs:
             return f"({signs[each.operation].join(parts)})"

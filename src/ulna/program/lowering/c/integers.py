@@ -30,21 +30,6 @@ static inline int64_t down(int64_t value, uint32_t by)
     return whole(value + (INT64_C(1) << (by - 1U)), by);
 }
 """
-_SHORT = """
-/* A product of factors of 16 bits divided by 2^by, half a unit rounded up. */
-static inline int32_t product(int32_t a, int32_t b, uint32_t by)
-{
-    const int32_t sum = (a * b) + (INT32_C(1) << (by - 1U));
-    const uint32_t flip = (sum < 0) ? UINT32_MAX : UINT32_C(0);
-    const uint32_t shifted = ((uint32_t)sum ^ flip) >> by;
-    int32_t part = (int32_t)shifted;
-    if (sum < 0)
-    {
-        part = -1 - part;
-    }
-    return part;
-}
-"""
 _ROOT = """
 /* The largest integer whose square is not above the value. */
 static int32_t root(int64_t value)
@@ -77,7 +62,7 @@ _COMPARED = {Step.LESS: "<", Step.LESS_EQUAL: "<=", Step.EQUAL: "=="}
 def integer_header(text: str) -> str:
     """The functions that statements need above them: those that the text calls."""
     text += _DOWN if "down(" in text else ""
-    parts = {"whole(": _WHOLE, "down(": _DOWN, "product(": _SHORT, "root(": _ROOT, "limited(": _LIMITED}
+    parts = {"whole(": _WHOLE, "down(": _DOWN, "root(": _ROOT, "limited(": _LIMITED}
     return _HEADER + "".join(part for call, part in parts.items() if call in text)
 
 
@@ -130,8 +115,6 @@ def _expression(each: IntegerInstruction, texts: list[str]) -> str:  # noqa: PLR
         return f"({texts[0]} == 0) ? {_TRUE} : {_FALSE}"
     if step is Step.FLOOR:
         return _narrow(f"whole((int64_t){texts[0]}, {shifts[0]}U)", shifts[-1])
-    if step is Step.MUL and shifts[2] > 0 and each.short:
-        return f"product({texts[0]}, {texts[1]}, {shifts[2]}U)"
     plain = not any(shifts) and step is not Step.MUL
     wide = texts if plain else [_wide(text, by) for text, by in zip(texts, shifts, strict=False)]
     if step in _COMPARED:
