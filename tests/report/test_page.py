@@ -15,6 +15,7 @@ from ulna.report import (
     Document,
     Fold,
     Formula,
+    Frame,
     Link,
     Picture,
     Row,
@@ -114,13 +115,15 @@ def test_the_page_needs_no_network_no_script_and_no_second_file() -> None:
     assert "@import" not in render_page(_full())
 
 
-def test_only_a_picture_that_moves_brings_a_script_which_stops_it() -> None:
-    still = Picture(svg="<svg xmlns='x'></svg>", caption="a", description="b")
-    assert "<script>" not in render_page(_document(still))
-    moving = Picture(svg="<svg xmlns='x'></svg>", caption="a", description="b", moving=True)
-    page = render_page(_document(Fold(title="more", blocks=(moving,))))
-    assert page.count("pauseAnimations") == 2
-    assert '<button type="button" hidden>Pause</button>' in page
+def test_its_policy_allows_the_scripts_of_pages_inside_it_and_no_other() -> None:
+    assert "script-src &#39;none&#39;;" in render_page(_full())
+    policy = "script-src &#39;sha256-a+b=&#39; 'sha256-c='; style-src 'x'"
+    inner = f"<meta content=\"{policy}\"><title>script-src 'evil';</title>"
+    reader = _read(render_page(_document(Fold(title="more", blocks=(Frame(html=inner, title="a & 'b'"),)))))
+    (policy,) = (v for tag, name, v in reader.attributes if tag == "meta" and name == "content" and "script-src" in v)
+    assert "script-src 'sha256-a+b=' 'sha256-c=';" in policy
+    assert policy.startswith("default-src 'none'; ")
+    assert ("iframe", "srcdoc", inner) in reader.attributes
 
 
 def test_a_wide_table_can_be_reached_by_keys() -> None:

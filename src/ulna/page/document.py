@@ -48,8 +48,11 @@ def page_text(
         programs: an expression of JavaScript for each loop.
         notes, hint, legend: sentences for the page.
     """
-    loops = ",\n".join(programs)
-    scripts = [_uplot(), runtime_script(), f"globalThis.ulnaPrograms = [\n{loops}\n];\n", view_script()]
+    # Loops that differ in their starts alone share a program.
+    texts = list(dict.fromkeys(programs))
+    loops, places = ",\n".join(texts), [texts.index(each) for each in programs]
+    script = f"{{\nconst texts = [\n{loops}\n];\nglobalThis.ulnaPrograms = {places}.map((k) => texts[k]);\n}}\n"
+    scripts = [_uplot(), runtime_script(), script, view_script()]
     style = style_text()
     policy = (
         f"default-src 'none'; script-src {' '.join(map(_hash, scripts))}; style-src {_hash(style)}; "

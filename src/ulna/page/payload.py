@@ -7,8 +7,8 @@ from typing import Any
 
 from ulna.base import UlnaError
 from ulna.loop import Loop
-from ulna.page.start import point_of
-from ulna.system import System, equilibria, equilibrium, linearise
+from ulna.page.start import point_of, reference_at_start
+from ulna.system import Equilibrium, System, equilibria, equilibrium, linearise
 
 _MOST_PUSHES = 6
 _NO_PLACES = ("current", "speed", "wheel", "steering", "rope")
@@ -91,10 +91,22 @@ def poles_of(loop: Loop | System, values: Mapping[str, float]) -> list[list[floa
     try:
         system = loop if isinstance(loop, System) else Loop(plant=loop.plant, controller=loop.controller).system
         known = {name: value for name, value in values.items() if name in {p.name for p in system.parameters}}
-        eigenvalues = linearise(system.with_parameters(known).with_values()).eigenvalues
+        numbered = system.with_parameters(known).with_values()
+        plant = (loop if isinstance(loop, System) else loop.plant).with_parameters(values).with_values()
+        eigenvalues = linearise(_rest(numbered, point_of(plant))).eigenvalues
     except (UlnaError, ValueError, TypeError, ArithmeticError):
         return []
     return [[float(each.real), float(each.imag)] for each in eigenvalues]
+
+
+def _rest(system: System, point: Mapping[str, float]) -> Equilibrium:
+    """Where the loop rests beside its plant: by Newton's method from there, else the operating point of its own."""
+    near = {s.name: point[n] for s in system.states if (n := s.name.removesuffix("_hat")) in point}
+    inputs = {s.name: reference_at_start(s.name, {}, point) for s in system.inputs}
+    try:
+        return equilibrium(system, near=near, inputs=inputs)
+    except UlnaError:
+        return equilibrium(system)
 
 
 def rests_of(plant: System, poles: Sequence[Sequence[float]], *, closed: bool) -> tuple[list[dict[str, Any]], str]:

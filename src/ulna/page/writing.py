@@ -11,6 +11,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ulna.base import SimulationError, UlnaWarning, whole_file
 from ulna.certify import Certificate
 from ulna.loop import Loop
@@ -58,7 +60,8 @@ def studio(
             is replayed: it can be paused, slowed down and sought, not changed.
         out: the file to write; left out, a file among the temporary ones, which is opened in the browser.
         names: a title for each loop; left out, the names of their controllers.
-        initial: states in SI where the page begins, by name or in order; left out, beside the operating point.
+        initial: states in SI where the page begins, by name or in order; a list of these gives each loop its own. Left
+            out, beside the operating point.
         parameters: SI values of the plant's parameters, where other than its own; needed of those without a value.
         inputs: SI numbers of references and disturbances at the beginning.
         certificate: its region is drawn in the phase plane.
@@ -96,8 +99,9 @@ def studio_text(
     certificate: Certificate | None = None,
     paused: bool = False,
     check: float = 2.0,
+    poles: bool = True,
 ) -> str:
-    """The page of `studio` as text."""
+    """The page of `studio` as text; `poles`: whether those at rest are sought, which may take a second a loop."""
     if any(isinstance(each, Trajectory) for each in loops):
         fixed = {"initial": initial, "parameters": parameters, "inputs": inputs}
         return _replay_text(loops, names, fixed, certificate=certificate, paused=paused)
@@ -116,19 +120,22 @@ def studio_text(
     numbered = plant.with_parameters(values).with_values()
     pushes = pushed_states(plant)
     closed = any(body.controller is not None for body in bodies)
-    start = begin(numbered, closed=closed) | named_states(plant, initial)
+    begun = begin(numbered, closed=closed)
+    starts = [begun | named_states(plant, each) for each in _starts(initial, len(bodies))]
     scripts = [
         loop_script(
             body if body.controller is not None or body.hardware is not None else body.plant,
             initial=start_of(body, start, settled=initial is None), parameters=parameters,
             inputs=_own(body, inputs, pushes), pushes=pushes, check=check,
         )
-        for body in bodies
+        for body, start in zip(bodies, starts, strict=True)
     ]  # fmt: skip
-    poles = [poles_of(body, values) for body in bodies]
-    rests, missing = rests_of(numbered, poles[0], closed=closed)
+    known = {id(body.controller): body for body in bodies}
+    of_each = {key: poles_of(body, values) if poles else [] for key, body in known.items()}
+    first = of_each[id(bodies[0].controller)]
+    rests, missing = rests_of(numbered, first, closed=closed) if poles or not closed else ([], "")
     region = None if certificate is None else region_of(certificate, plant)
-    rows = zip(titles, bodies, poles, scripts, strict=True)
+    rows = zip(titles, bodies, (of_each[id(body.controller)] for body in bodies), scripts, strict=True)
     payload = {
         "title": plant.name,
         "text": plant.text,
@@ -204,6 +211,23 @@ def _own(body: Loop, inputs: Mapping[str, float] | None, pushes: Sequence[str]) 
     known = {s.name for s in (*body.references, *body.disturbances)} | {f"push_{name}" for name in pushes}
     given = dict(inputs or {})
     return {name: value for name, value in given.items() if name in known}
+
+
+def _starts(given: Any, count: int) -> list[Any]:
+    """The start of each loop: its own of a list of starts, else the one for all.
+
+    Raises:
+        SimulationError: a list of another length.
+    """
+    if (
+        isinstance(given, Mapping)
+        or given is None
+        or not all(isinstance(e, Mapping | Sequence | np.ndarray) for e in given)
+    ):
+        return [given] * count
+    if len(given) != count:
+        raise SimulationError("studio(initial=...)", f"{len(given)} starts for {count} loops.", "Give one for each.")
+    return list(given)
 
 
 def named_states(plant: System, given: Any) -> dict[str, float]:

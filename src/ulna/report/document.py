@@ -80,15 +80,11 @@ class Table:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
-    """A figure as SVG text, with its caption and a description for those who cannot see it.
-
-    `moving`: it moves by itself, and gets a button that stops it.
-    """
+    """A figure as SVG text, with its caption and a description for those who cannot see it."""
 
     svg: str
     caption: str
     description: str
-    moving: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

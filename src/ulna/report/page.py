@@ -1,45 +1,53 @@
-"""A document as one HTML page that needs nothing else: no network, no second file; a script only to stop what moves."""
+"""A document as one HTML page that needs nothing else: no network, no second file."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache
+from html import unescape
 from importlib.resources import files
 from typing import Any, Final
 
 from markupsafe import Markup, escape
 
 from ulna.base import mathml
-from ulna.report.document import Block, Cell, Document, Picture, Tone
+from ulna.report.document import Block, Cell, Document, Frame, Tone
 
 _SIGNS: Final = {Tone.GOOD: "✓", Tone.MILD: "≈", Tone.BAD: "✗", Tone.PLAIN: ""}
-# The one script of a report, and only of one with a picture that moves: the button that stops it.
-_HALT: Final = """for (const figure of document.querySelectorAll("figure.moving")) {
-  const [svg, button] = [figure.querySelector("svg"), figure.querySelector("button")];
-  const halt = (still) => {
-    if (still) svg.pauseAnimations();
-    else svg.unpauseAnimations();
-    button.textContent = still ? "Play" : "Pause";
-  };
-  button.hidden = false;
-  button.addEventListener("click", () => halt(!svg.animationsPaused()));
-  halt(matchMedia("(prefers-reduced-motion: reduce)").matches);
-}"""
+_SCRIPTS: Final = re.compile(r"script-src ([^;]*);")
 _INLINE: Final = re.compile(r"(?<!\\)\$([^$]+)\$")
 
 
 def render_page(document: Document) -> str:
     """Return the document as the text of one self-contained HTML page.
 
-    Texts are escaped; formulas become MathML, pictures inline SVG.
+    Texts are escaped; formulas become MathML, pictures inline SVG. The page's security policy allows no script but
+    those of pages inside it, by their hashes, and no request.
 
     Raises:
         FormulaError: a formula that cannot be set.
     """
-    moving = any(_moves(section.blocks) for section in document.sections)
-    script = Markup(_HALT) if moving else ""  # noqa: S704 (our own)
-    return _environment().get_template("page.html").render(document=document, script=script)
+    frames = [frame for section in document.sections for frame in _frames(section.blocks)]
+    return _environment().get_template("page.html").render(document=document, policy=_policy(frames))
+
+
+def _frames(blocks: Sequence[Block]) -> Iterator[Frame]:
+    for block in blocks:
+        if isinstance(block, Frame):
+            yield block
+        else:
+            yield from _frames(getattr(block, "blocks", ()))
+
+
+def _policy(frames: Sequence[Frame]) -> str:
+    """A page inside obeys this policy too, beside its own; figures and formulas bring styles of their own."""
+    allowed = dict.fromkeys(each for f in frames for each in _SCRIPTS.findall(unescape(f.html.partition("<title>")[0])))
+    hashes = " ".join(dict.fromkeys(" ".join(allowed).split())) or "'none'"
+    return (
+        f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; "
+        "base-uri 'none'; form-action 'none'"
+    )
 
 
 @cache
@@ -56,6 +64,7 @@ def _environment() -> Any:  # a jinja2.Environment
     environment.filters["kind"] = _kind
     environment.filters["sign"] = lambda tone: _SIGNS[tone]
     environment.filters["drawing"] = _drawing
+    environment.filters["quoted"] = _quoted
     return environment
 
 
@@ -64,10 +73,6 @@ def _with_formulas(text: str) -> Markup:
     parts = _INLINE.split(text)
     pieces = (Markup(mathml(p)) if i % 2 else escape(p.replace(r"\$", "$")) for i, p in enumerate(parts))  # noqa: S704 (escapes by itself)
     return Markup("").join(pieces)
-
-
-def _moves(blocks: Sequence[Block]) -> bool:
-    return any(block.moving if isinstance(block, Picture) else _moves(getattr(block, "blocks", ())) for block in blocks)
 
 
 def _kind(value: Block | Cell) -> str:
@@ -79,3 +84,8 @@ def _drawing(svg: str) -> Markup:
     """The SVG text without a fixed size, so that it takes the width of its place."""
     head, end, rest = svg.partition(">")
     return Markup(re.sub(r'\s(?:width|height)="[^"]*"', "", head) + end + rest)  # noqa: S704 (our own drawing)
+
+
+def _quoted(html: str) -> Markup:
+    """A page as an attribute between single quotes: it holds many more double ones, which stay as they are."""
+    return Markup(html.replace("&", "&amp;").replace("'", "&#39;"))  # noqa: S704 (nothing ends the attribute)

@@ -8,19 +8,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ulna.base import SimulationError, UlnaError, Verdict
+from ulna.base import SimulationError, Verdict
 from ulna.design import Analysis, analyse
 from ulna.loop import Loop
 from ulna.page.facts import parameter_values
+from ulna.page.inside import live_blocks
 from ulna.page.payload import begin
 from ulna.page.report.controller import controller_section
 from ulna.page.report.formulas import cut
 from ulna.page.report.plant import badge, plant_section, short_section, verdicts_section
 from ulna.page.report.runs import ran, run_section
 from ulna.page.start import point_of, reference_at_start
-from ulna.page.writing import named_states, start_of, studio_text, written
+from ulna.page.writing import named_states, start_of, written
 from ulna.plants import PlantLike, as_plant
-from ulna.report import Block, Document, Frame, Section, Table, Text, Tone, render_page, value_text, verbatim
+from ulna.report import Document, Section, Table, Text, Tone, render_page, value_text, verbatim
 from ulna.report.run_figures import figure_lines
 
 
@@ -145,17 +146,10 @@ def _live(
     certificate = None if proof is None else proof.evidence.get("certificate")
     own = {s.name for s in body.plant.states}
     start = {name: v for name, v in named_states(body.plant, initial).items() if name in own}
-    try:
-        html = studio_text(
-            body, initial=start or None, parameters=parameters, inputs=numbers, certificate=certificate, paused=True
-        )
-    except UlnaError as error:
-        return _live_section(Text(text=verbatim(f"There is no live page of this loop: {error}")))
-    told = Text(text="Press Play. The page computes the motion in this browser, and asks nothing of any network.")
-    return _live_section(told, Frame(html=html, title="The loop, to be driven by hand"))
-
-
-def _live_section(*blocks: Block) -> Section:
+    blocks = live_blocks(
+        body, title="The loop, to be driven by hand", initial=start or None, parameters=parameters, inputs=numbers,
+        certificate=certificate,
+    )  # fmt: skip
     return Section(anchor="live", title="Drive it by hand", blocks=blocks)
 
 

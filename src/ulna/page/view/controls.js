@@ -69,7 +69,7 @@ class Controls {
     for (const item of app.disturbances) {
       const read = () => app.input(item.name);
       const [low, high] = rangeOf(item, item.value);
-      place.append(this._keep(slider({ name: item.name, item, low: Math.min(low, -high), high, value: read(), text: item.text || (app.payload.loops.some((loop) => loop.closed) ? "disturbance" : "input"),
+      place.append(this._keep(slider({ name: item.name, item, low: item.range && item.range[0] !== null ? low : Math.min(low, -high), high, value: read(), text: item.text || (app.payload.loops.some((loop) => loop.closed) ? "disturbance" : "input"),
         on: (value) => app.setInput(item.name, value) }), read));
     }
     place.hidden = !place.children.length;

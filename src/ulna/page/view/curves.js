@@ -70,7 +70,7 @@ class Curves {
     const values = app.loops.map((_, k) => el("span", { class: `swatch s${k % 7}` }, ""));
     live.append(...values);
     const holder = el("div", { class: "plot", role: "img", "aria-label": `Curve of ${signal.text || signal.name} over time` });
-    this.place.append(el("section", { class: "panel" }, el("header", {}, head, live), holder));
+    this.place.append(el("section", { class: "panel" }, el("header", { class: app.loops.length > 2 ? "stacked" : "" }, head, live), holder));
     const plot = new uPlot(
       {
         ...this._size(last),

@@ -391,7 +391,7 @@ class App {
   }
 
   resize() {
-    this.stage.sheet.fit();
+    this.stage.fit();
     if (this.plane) this.plane.sheet.fit();
     if (this.poles) {
       this.poles.fit();

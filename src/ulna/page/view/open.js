@@ -131,6 +131,7 @@ function fillPoles(app) {
 function open() {
   const payload = JSON.parse(byId("ulna-data").textContent);
   const app = new App(payload, ulnaPrograms);
+  document.querySelector("main").classList.toggle("many", app.loops.length > 2);
   app.controls = new Controls(app);
   app.curves.show(app.usualCurves);
   fromAddress(app, location.hash);

@@ -27,13 +27,25 @@ class Stage {
   cells() {
     const count = this.app.loops.length;
     const { w, h } = this.sheet;
-    let columns = 1;
-    while (columns * Math.floor((columns * h) / w + 1e-9 || 1) < count && columns < count) columns += 1;
-    columns = Math.min(count, Math.max(columns, Math.ceil(Math.sqrt((count * w) / h / 1.6))));
+    let columns = count > 2 ? this.columns(w) : 1;
+    if (count === 2) columns = w > h ? 2 : 1;
     const rows = Math.ceil(count / columns);
     return this.app.loops.map((_, k) => ({
       x: ((k % columns) * w) / columns, y: (Math.floor(k / columns) * h) / rows, w: w / columns, h: h / rows,
     }));
+  }
+
+  /** So many stand beside each other where there are more than two, in rows of about equal length. */
+  columns(width) {
+    const count = this.app.loops.length;
+    const most = clamp(Math.floor(width / (width > 600 ? 220 : 140)), 1, count);
+    return Math.ceil(count / Math.ceil(count / most));
+  }
+
+  fit() {
+    const { canvas } = this.sheet;
+    canvas.style.setProperty("--rows", Math.ceil(this.app.loops.length / this.columns(canvas.clientWidth)));
+    this.sheet.fit();
   }
 
   /** What a picture may ask of loop number `k`. */

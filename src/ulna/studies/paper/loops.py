@@ -142,6 +142,16 @@ def compensator_loop(exact: Exact, controller: Controller, name: str) -> System:
     )
 
 
+def controller_system(exact: Exact, controller: Controller) -> System:
+    """Law and estimator as one system that reads the angle alone."""
+    plant = exact.plant
+    wires = {f"law.{s.name}": f"estimator.{s.name}_hat" for s in plant.states}
+    wires |= {f"estimator.{s.name}": f"law.{s.name}" for s in plant.inputs}
+    outputs = [f"law.{s.name}" for s in plant.inputs] + [f"estimator.{s.name}_hat" for s in plant.states]
+    parts = {"estimator": _estimator_system(exact, controller), "law": _law_system(exact, controller)}
+    return connect(parts, wires, outputs=outputs, name="law and estimator as printed")
+
+
 def _law_system(exact: Exact, controller: Controller) -> System:
     onto = dict(zip(X, exact.plant.state_symbols, strict=True))
     return System(

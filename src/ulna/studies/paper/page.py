@@ -54,8 +54,8 @@ class Findings:
     passive: Passive
 
 
-def document(found: Findings, pictures: Mapping[str, str]) -> Document:
-    """Return the report; `pictures` holds every figure as SVG text by name."""
+def document(found: Findings, pictures: Mapping[str, str], live: Mapping[str, tuple[Block, ...]]) -> Document:
+    """Return the report; `pictures` holds every figure as SVG text by name, `live` the pages to drive by hand."""
     counts = count(found.judged)
     printed = next(loop for loop in found.loops if loop.key == "compensator_printed")
     names = {Finding.AGREES: "agree", Finding.ROUNDING: "carry a rounding", Finding.MISPRINT: "hold a misprint"}
@@ -71,6 +71,7 @@ def document(found: Findings, pictures: Mapping[str, str]) -> Document:
         ),
         sections=(
             Section(anchor="short", title="In short", blocks=_in_short(found)),
+            Section(anchor="live", title="Drive it by hand", blocks=_live(live["loop"])),
             Section(anchor="misprints", title="The misprints", blocks=_misprints(found.judged)),
             Section(
                 anchor="consequences",
@@ -78,7 +79,11 @@ def document(found: Findings, pictures: Mapping[str, str]) -> Document:
                 blocks=consequence_blocks(found.loops, found.causes, pictures),
             ),
             Section(anchor="convergence", title="Does it converge?", blocks=convergence_blocks(found.convergence)),
-            Section(anchor="uncontrolled", title="The arm without voltage", blocks=_uncontrolled(found, pictures)),
+            Section(
+                anchor="uncontrolled",
+                title="The arm without voltage",
+                blocks=(*_uncontrolled(found, pictures), *live["free"]),
+            ),
             Section(anchor="forearm", title="The passive forearm", blocks=passive_blocks(found.passive, pictures)),
             Section(anchor="schematics", title="Figures 1 to 3", blocks=_schematics(found.paper, pictures)),
             Section(anchor="claims", title="Sentences that claim something", blocks=_claims(found.claims)),
@@ -113,6 +118,14 @@ def _in_short(found: Findings) -> tuple[Block, ...]:
         ),
         loop_table(found.loops),
     )
+
+
+def _live(blocks: tuple[Block, ...]) -> tuple[Block, ...]:
+    told = (
+        "The loop of Figures 5 to 7 from its three initial angles, and beside it the one as printed: push an arm, take "
+        "its load away, start it elsewhere. The arm of Figure 4, without voltage, stands further below."
+    )
+    return (Text(text=told), *blocks)
 
 
 def _misprints(judged: Sequence[Judged]) -> tuple[Block, ...]:

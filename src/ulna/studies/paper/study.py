@@ -21,7 +21,8 @@ from ulna.studies.paper.convergence import convergence
 from ulna.studies.paper.exact import exact_design, known_results, paper_choices
 from ulna.studies.paper.figures import draw
 from ulna.studies.paper.judge import count, judge, judge_claims
-from ulna.studies.paper.loops import controllers
+from ulna.studies.paper.live import free_blocks, loop_blocks
+from ulna.studies.paper.loops import Controller, controllers
 from ulna.studies.paper.notation import read_formula
 from ulna.studies.paper.page import Findings, document
 from ulna.studies.paper.passive import Passive, passive_forearm
@@ -64,7 +65,8 @@ def reproduce(out: str | Path) -> Study:
     """
     folder = Path(out)
     with output_folder(folder, holds=_HOLDS) as place:
-        found, free = _find(paper())
+        found, free, bad = _find(paper())
+        angles = _initial_angles(found.paper)
         data = results(
             found.paper,
             found.exact,
@@ -80,7 +82,8 @@ def reproduce(out: str | Path) -> Study:
         _write_trajectories(place / "trajectories", found.loops, free, found.passive)
         figures = draw({loop.key: loop for loop in found.loops}, free, found.rests, found.passive)
         pictures = _write_figures(place / "figures", figures)
-        (place / "index.html").write_text(render_page(document(found, pictures)), encoding="utf-8")
+        live = {"free": free_blocks(angles), "loop": loop_blocks(found.exact, bad, angles)}
+        (place / "index.html").write_text(render_page(document(found, pictures, live)), encoding="utf-8")
     return Study(findings=found, results=data, folder=folder, page=folder / "index.html")
 
 
@@ -98,7 +101,8 @@ def summary_table(study: Study) -> TextTable:
     return table
 
 
-def _find(printed: Paper) -> tuple[Findings, tuple[Trajectory, ...]]:
+def _find(printed: Paper) -> tuple[Findings, tuple[Trajectory, ...], Controller]:
+    """What is found, the runs without voltage, and the controller as it is printed."""
     choices = paper_choices(printed)
     exact = exact_design(choices)
     chain = check_chain(
@@ -125,7 +129,7 @@ def _find(printed: Paper) -> tuple[Findings, tuple[Trajectory, ...]]:
         rests=rests,
         passive=passive_forearm(),
     )
-    return found, uncontrolled(exact, angles)
+    return found, uncontrolled(exact, angles), bad
 
 
 def _initial_angles(printed: Paper) -> tuple[float, ...]:

@@ -50,8 +50,10 @@ _PICTURES = {
 }
 
 
-def document(found: Sequence[Comparison], pictures: Mapping[str, str], muscles: str) -> Document:
-    """Return the report; `pictures` holds every figure as SVG text by name."""
+def document(
+    found: Sequence[Comparison], pictures: Mapping[str, str], muscles: str, live: Mapping[str, tuple[Block, ...]]
+) -> Document:
+    """Return the report; `pictures` holds every figure as SVG text by name, `live` the page to drive of each arm."""
     plants = found[0].count
     alone, shared, races = _tally(found)
     return Document(
@@ -69,7 +71,7 @@ def document(found: Sequence[Comparison], pictures: Mapping[str, str], muscles: 
         ),
         sections=(
             Section(anchor="short", title="In short", blocks=_short(found)),
-            *(_arm_section(each, pictures) for each in found),
+            *(_arm_section(each, pictures, live[each.bench.preset.name]) for each in found),
             Section(anchor="muscles", title="From muscle to motion", blocks=_muscles(pictures, muscles)),
             Section(anchor="method", title="How this was made", blocks=_method(found[0])),
         ),
@@ -141,7 +143,7 @@ def each_title(found: Comparison, task: str) -> str:
     return next(t.title for t in found.tasks if t.key == task)
 
 
-def _arm_section(found: Comparison, pictures: Mapping[str, str]) -> Section:
+def _arm_section(found: Comparison, pictures: Mapping[str, str], live: tuple[Block, ...]) -> Section:
     bench, name = found.bench, found.bench.preset.name
     held, margin = hold(bench.preset), torque_margin(bench.preset)
     available = "no limit is known" if math.isinf(margin.available) else f"{margin.available:.3g} N m are there"
@@ -153,12 +155,11 @@ def _arm_section(found: Comparison, pictures: Mapping[str, str]) -> Section:
             f"{1e3 * bench.electrical_time:.3g} ms against a sample of 1 ms. {_pick_up_note(bench)}"
         ),
         Text(text=advice_text(bench.preset)),
-        Picture(
-            svg=pictures[f"{name}-animation"],
-            caption="Reach, pick up, be pushed; the nominal plant, in real time. The dashed line is the angle wanted.",
-            description="Seven arms that move side by side, one for each controller.",
-            moving=True,
+        Text(
+            text="Every controller as tuned, side by side on the nominal arm: move the angle wanted, push an arm, "
+            "hand it a load."
         ),
+        *live,
         _table(
             found,
             COLUMNS,

@@ -21,7 +21,7 @@ from ulna.plants import (
     torque_margin,
 )
 from ulna.sim.references import MotionLimits
-from ulna.system import Signal, System
+from ulna.system import Picture, Signal, System
 
 FRICTION_SPEED = sp.Rational(1, 20)
 """rad/s over which the smooth Coulomb friction changes sign (choice)."""
@@ -30,6 +30,7 @@ ENCODER_COUNTS = 16384
 GEAR_SPEED = sp.Rational(1, 10)
 """rad/s at which the joint's gravity moment makes the power over which the gear changes over to being driven back
 (choice)."""
+PICTURE = Picture(kind="arm", parts=(("angle", "theta"), ("current", "i"), ("load", "m2"), ("length", "b")))
 COMFORTABLE_SPEED = 2.0
 """rad/s that a motion asks for at most (choice)."""
 COMFORTABLE_ACCELERATION = 10.0
@@ -130,8 +131,9 @@ def bench_plant(preset: Preset) -> System:
     omega = [s.name for s in arm.states].index("omega")
     rates[omega] += push.symbol / inertia
     return replace(
-        arm, name=f"bench with {preset.name}", inputs=(*arm.inputs, load, push), rates=tuple(rates), definitions=()
-    )
+        arm, name=f"bench with {preset.name}", inputs=(*arm.inputs, load, push), rates=tuple(rates), definitions=(),
+        picture=PICTURE,
+    )  # fmt: skip
 
 
 def lumps_of(preset: Preset) -> dict[str, float]:

@@ -13,12 +13,12 @@ from rich.table import Table as TextTable
 from ulna.plants import preset, presets
 from ulna.plot.save import svg_text
 from ulna.report import output_folder, render_page, results_text
-from ulna.studies.prosthesis.animation import animate
 from ulna.studies.prosthesis.comparison import Comparison, compare, plain_results
 from ulna.studies.prosthesis.demonstration import demonstrate
 from ulna.studies.prosthesis.emg_recording import read_recording
 from ulna.studies.prosthesis.emg_signal import Recording
 from ulna.studies.prosthesis.figures import demonstration_figure, spread_figure, task_figure
+from ulna.studies.prosthesis.live import drive_blocks
 from ulna.studies.prosthesis.page import COLUMNS, document
 from ulna.studies.prosthesis.plant import Bench, bench_of
 
@@ -75,7 +75,8 @@ def study_prosthesis(
             "presets": {each.bench.preset.name: plain_results(each) for each in found},
         }
         (place / "results.json").write_text(results_text(results), encoding="utf-8")
-        page = render_page(document(found, pictures, shown.said))
+        live = {each.bench.preset.name: drive_blocks(each) for each in found}
+        page = render_page(document(found, pictures, shown.said, live))
         (place / "index.html").write_text(page, encoding="utf-8")
     return ProsthesisStudy(found=found, results=results, folder=folder, page=folder / "index.html")
 
@@ -114,7 +115,6 @@ def _pictures(found: Comparison) -> dict[str, str]:
     """Every figure of an arm as SVG text by name."""
     name = found.bench.preset.name
     pictures = {
-        f"{name}-animation": animate(found),
         f"{name}-spread": svg_text(spread_figure(found), prefix=f"{name}-spread-"),
     }
     for key in CURVES:
