@@ -10,78 +10,27 @@ from pathlib import Path
 import pytest
 from firmware_loops import arm_loops
 
-from ulna.deploy import TARGETS, FixedPoint, Target, c_project
+from ulna.deploy import TARGETS, DeployError, FixedPoint, c_project, verify
+from ulna.deploy.emulation import Ran, cost_of, run_on_board
 
 COMPILER, EMULATOR = shutil.which("arm-none-eabi-gcc"), shutil.which("qemu-system-arm")
 pytestmark = pytest.mark.skipif(
     COMPILER is None or EMULATOR is None, reason="there is no arm-none-eabi-gcc or no qemu-system-arm"
 )
-BOARDS = {"cortex-m4f": ("mps2-an386", "cortex-m4"), "cortex-m7": ("mps2-an500", "cortex-m7")}
-BOARDS["cortex-m0"] = ("microbit", "cortex-m0")
-
-START = r"""
-#include <stdint.h>
-#include <stdlib.h>
-extern uint32_t _estack, _sidata, _sdata, _edata, _sbss, _ebss;
-extern void initialise_monitor_handles(void);
-int main(void);
-void reset(void)
-{
-#if defined(__ARM_FP)
-    *(volatile uint32_t *)0xE000ED88u |= 0xFu << 20; /* switch the floating-point unit on */
-    __asm volatile("dsb\n isb");
-#endif
-    uint32_t *from = &_sidata;
-    for (uint32_t *to = &_sdata; to < &_edata; to++) { *to = *from++; }
-    for (uint32_t *to = &_sbss; to < &_ebss; to++) { *to = 0; }
-    initialise_monitor_handles();
-    exit(main());
-}
-static void stuck(void) { for (;;) { } }
-__attribute__((section(".vectors"), used)) void *const vectors[16] = {
-    &_estack, (void *)reset, (void *)stuck, (void *)stuck, (void *)stuck, (void *)stuck, (void *)stuck, 0, 0, 0, 0,
-    (void *)stuck, (void *)stuck, 0, (void *)stuck, (void *)stuck };
-"""
-LINKED = """
-MEMORY { FLASH (rx): ORIGIN = 0x0, LENGTH = 256K
-         RAM (rwx): ORIGIN = 0x20000000, LENGTH = %s }
-ENTRY(reset)
-SECTIONS {
-  .text : { KEEP(*(.vectors)) *(.text*) *(.rodata*) . = ALIGN(4); } > FLASH
-  .ARM.exidx : { *(.ARM.exidx*) } > FLASH
-  _sidata = LOADADDR(.data);
-  .data : { _sdata = .; *(.data*) . = ALIGN(4); _edata = .; } > RAM AT> FLASH
-  .bss : { _sbss = .; *(.bss*) *(COMMON) . = ALIGN(8); _ebss = .; end = .; } > RAM
-  _estack = ORIGIN(RAM) + LENGTH(RAM);
-}
-"""
+BOARDS = [name for name, target in TARGETS.items() if target.board is not None]
 
 
-def _emulated(target: Target, sources: list[Path], work: Path, *flags: str) -> subprocess.CompletedProcess[str]:
-    board, core = BOARDS[target.name]
-    (work / "start.c").write_text(START)
-    (work / "linked.ld").write_text(LINKED % ("16K" if core == "cortex-m0" else "4M"))
-    program = work / "program.elf"
-    options = ["-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-ffunction-sections", "-Wl,--gc-sections"]
-    options += ["-nostartfiles", "--specs=rdimon.specs", "-T", str(work / "linked.ld"), *flags]
-    command = [str(COMPILER), *target.flags, *options, str(work / "start.c"), *map(str, sources), "-lm"]
-    built = subprocess.run([*command, "-o", str(program)], capture_output=True, text=True, check=False)
-    assert built.returncode == 0, built.stderr
-    machine = ["-M", board, "-cpu", core, "-icount", "shift=0", "-nographic", "-monitor", "none", "-serial", "null"]
-    semihosting = ["-semihosting-config", "enable=on,target=native"]
-    return subprocess.run(
-        [str(EMULATOR), *machine, *semihosting, "-kernel", str(program)],
-        capture_output=True, text=True, timeout=240, check=False,
-    )  # fmt: skip
+def _emulated(target: str, folder: Path, *flags: str) -> Ran:
+    return run_on_board(TARGETS[target], sorted(folder.glob("*.c")), flags=flags)
 
 
 @pytest.mark.parametrize("name", ["paper", "integral", "exact hold"])
 @pytest.mark.parametrize("target", BOARDS)
 def test_the_self_test_passes_on_the_processor(target: str, name: str, tmp_path: Path) -> None:
     c_project(arm_loops()[name], tmp_path / "c", target=target)
-    done = _emulated(TARGETS[target], sorted((tmp_path / "c").glob("*.c")), tmp_path)
-    assert "220 of 220 samples are bit-equal" in done.stdout, done.stdout + done.stderr
-    assert done.returncode == 0
+    done = _emulated(target, tmp_path / "c")
+    assert "220 of 220 samples are bit-equal" in done.printed
+    assert done.status == 0
 
 
 @pytest.mark.parametrize(("name", "factor"), [("paper", 32), ("watched", 16)])
@@ -90,22 +39,58 @@ def test_fixed_point_gives_the_integers_of_python_without_a_floating_point_unit(
 ) -> None:
     monkeypatch.setattr("ulna.deploy.project.VECTORS", 3000)
     made = c_project(arm_loops()[name], tmp_path / "c", target="cortex-m0", arithmetic=FixedPoint(factor=factor))
-    sources = sorted((tmp_path / "c").glob("*.c"))
-    done = _emulated(TARGETS["cortex-m0"], sources, tmp_path)
-    count, whole = re.findall(r"\d+", done.stdout)
-    assert count == whole, done.stdout + done.stderr
+    done = _emulated("cortex-m0", tmp_path / "c")
+    count, whole = re.findall(r"\d+", done.printed)
+    assert count == whole, done.printed
     assert int(whole) > 3000
-    assert done.returncode == 0
+    assert done.status == 0
     law = tmp_path / "c" / f"{made.firmware.name}.c"
     text = law.read_text()
     law.write_text(text.replace("whole(value + (INT64_C(1) << (by - 1U)), by)", "whole(value, by)"))
     assert law.read_text() != text
-    assert "differs" in _emulated(TARGETS["cortex-m0"], sources, tmp_path).stdout
+    assert "differs" in _emulated("cortex-m0", tmp_path / "c").printed
 
 
 def test_contracted_products_are_found_out_by_the_self_test(tmp_path: Path) -> None:
     """With -ffp-contract=fast the compiler fuses products with sums: other bits."""
     c_project(arm_loops()["paper"], tmp_path / "c", target="cortex-m4f")
-    sources = sorted((tmp_path / "c").glob("*.c"))
-    done = _emulated(TARGETS["cortex-m4f"], sources, tmp_path, "-ffp-contract=fast")
-    assert "differs" in done.stdout
+    assert "differs" in _emulated("cortex-m4f", tmp_path / "c", "-ffp-contract=fast").printed
+
+
+def test_what_a_call_costs_is_counted_and_stands_in_the_readme(tmp_path: Path) -> None:
+    """The mean of calls, exact to one instruction; the stack is that of the compiler's own account."""
+    made = c_project(arm_loops()["paper"], tmp_path / "c", target="cortex-m4f", measure=True)
+    cost, name = made.cost, made.firmware.name
+    assert cost is not None
+    assert made.operations < cost.instructions <= cost.most < 2 * made.operations
+    assert cost.calls == 220
+    command = [str(COMPILER), *made.target.flags, "-O2", "-ffp-contract=off", "-fno-math-errno", "-fstack-usage", "-c"]
+    subprocess.run([*command, str(tmp_path / "c" / f"{name}.c"), "-o", str(tmp_path / "step.o")], check=True)
+    rows = [line.split() for line in (tmp_path / "step.su").read_text().splitlines()]
+    assert cost.stack == max(int(row[1]) for row in rows)
+    text = (tmp_path / "c" / "README.md").read_text()
+    assert f"| instructions of a call, on average | {cost.instructions:.0f} |" in text
+    assert f"| stack, bytes below the caller's | {cost.stack} |" in text
+    assert verify(tmp_path / "c").holds
+    # Three instructions more are three more.
+    source = tmp_path / "c" / f"{name}.c"
+    body = source.read_text()
+    more = body.replace("    output->fault", '    __asm volatile("nop\\n nop\\n nop");\n    output->fault')
+    assert more != body
+    source.write_text(more)
+    assert cost_of(tmp_path / "c", name, made.target).instructions == pytest.approx(cost.instructions + 3, abs=1.0)
+
+
+def test_what_cannot_be_counted_is_refused_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    loop = arm_loops()["states"]
+    with pytest.raises(DeployError, match="target 'generic': it is no particular processor"):
+        c_project(loop, tmp_path / "c", measure=True)
+    made = c_project(loop, tmp_path / "wrong", target="cortex-m4f")
+    test = tmp_path / "wrong" / "self_test.c"
+    test.write_text(test.read_text().replace("faults[SAMPLES] = { 0", "faults[SAMPLES] = { 1"))
+    with pytest.raises(DeployError, match="on an emulated cortex-m4f: it fails: sample 0 differs"):
+        cost_of(tmp_path / "wrong", made.firmware.name, made.target)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(DeployError, match="'arm-none-eabi-gcc': it is not on the path"):
+        c_project(loop, tmp_path / "c", target="cortex-m4f", measure=True)
+    assert not (tmp_path / "c").exists()

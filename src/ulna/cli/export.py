@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -75,6 +75,9 @@ def export_c(
     check: Annotated[
         bool, typer.Option("--check", help="Compile it here and compare 100 000 samples with the simulation.")
     ] = False,
+    measure: Annotated[
+        bool, typer.Option("--measure", help="Count instructions and stack of a call on an emulated --target.")
+    ] = False,
     verify: Annotated[
         Path | None, typer.Option(help="Write nothing: say whether this folder belongs to the design.")
     ] = None,
@@ -115,6 +118,7 @@ def export_c(
             precision=number,
             arithmetic=arithmetic,
             initial=initial,
+            measure=measure,
         )
     compared = None
     if check:
@@ -215,6 +219,8 @@ def _tell(made: CProject, compared: Comparison | None, asked: Run, *, as_json: b
                 "seen": dict(fixed.seen),
                 "along_run": dict(fixed.difference),
             }
+        if made.cost is not None:
+            data["cost"] = asdict(made.cost)
         if compared is not None:
             data["comparison"] = {
                 "equal": compared.equal,
@@ -232,6 +238,8 @@ def _tell(made: CProject, compared: Comparison | None, asked: Run, *, as_json: b
     )
     if fixed is not None:
         typer.echo(fixed.accuracy)
+    if made.cost is not None:
+        typer.echo(f"{made.cost}, on an emulated {made.target.name}")
     if compared is not None:
         typer.echo(str(compared))
     missing = [s.name for s in asked.loop.references if s.name not in asked.inputs]

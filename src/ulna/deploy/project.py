@@ -11,6 +11,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from ulna.deploy.c import c_files
+from ulna.deploy.emulation import Cost, cost_of
 from ulna.deploy.errors import DeployError
 from ulna.deploy.firmware import Firmware, firmware
 from ulna.deploy.fixed_firmware import FixedFirmware, fixed_firmware
@@ -31,6 +32,7 @@ class CProject:
     Attributes:
         folder: where it lies. firmware: what it computes. target: what it was written for.
         files: paths in the folder. fixed: the step in integers, where it computes in these.
+        cost: instructions, stack and code of a call, where they were asked for.
     """
 
     folder: Path
@@ -38,6 +40,7 @@ class CProject:
     target: Target
     files: tuple[str, ...]
     fixed: FixedFirmware | None = None
+    cost: Cost | None = None
 
     @property
     def operations(self) -> int:
@@ -51,6 +54,7 @@ class CProject:
         return (
             f"CProject '{made.name}' in {self.folder}: {self.operations} operations on "
             f"{kind} every {made.hardware.period} s, design {made.fingerprint}{accuracy}"
+            + ("" if self.cost is None else f"; {self.cost}")
         )
 
 
@@ -63,6 +67,7 @@ def c_project(
     precision: Precision | str | None = None,
     arithmetic: FixedPoint | None = None,
     initial: Mapping[str, float] | None = None,
+    measure: bool = False,
 ) -> CProject:
     """Write the processor's step of a loop as a C99 library with a self-test; the folder appears whole or not at all.
 
@@ -74,13 +79,15 @@ def c_project(
         precision: "float" or "double"; what the target computes in hardware if left out.
         arithmetic: `FixedPoint(...)` for integers instead.
         initial: SI values of the controller's states and of the driven inputs before the first sample, by name.
+        measure: count instructions, stack and code of a call on an emulated processor, for the README: needs a target
+            that is a processor, its compiler, and QEMU.
 
     Returns:
         The folder and what it computes.
 
     Raises:
         DeployError: a loop without controller or processor, a target that is not known, a folder that is not empty or
-            cannot be written, names that clash in C.
+            cannot be written, names that clash in C; where costs are measured, as `cost_of`.
     """
     aim = _target(target)
     kind = aim.precision if precision is None else Precision(precision)
@@ -91,9 +98,14 @@ def c_project(
     fixed = None if arithmetic is None else fixed_firmware(loop, arithmetic, name=name, initial=initial)
     made = firmware(loop, name=name, precision=kind, initial=initial) if fixed is None else fixed.made
     rows = rehearsal(made, VECTORS)
-    texts = c_files(made, aim, rows, fixed)
+    texts, cost = c_files(made, aim, rows, fixed), None
+    if measure:
+        with tempfile.TemporaryDirectory(prefix="ulna-") as work:
+            _write(Path(work) / "c", texts)
+            cost = cost_of(Path(work) / "c", made.name, aim)
+        texts = c_files(made, aim, rows, fixed, cost)
     _write(place, texts)
-    return CProject(folder=place, firmware=made, target=aim, files=tuple(texts), fixed=fixed)
+    return CProject(folder=place, firmware=made, target=aim, files=tuple(texts), fixed=fixed, cost=cost)
 
 
 def _target(asked: str | Target) -> Target:

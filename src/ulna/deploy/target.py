@@ -10,13 +10,22 @@ from ulna.program import Precision
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Board:
+    """A board that QEMU emulates: its `machine` and `core` there, and its `memory` as a linker writes it."""
+
+    machine: str
+    core: str
+    memory: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
     """A processor.
 
     Attributes:
         name: as on the command line. text: what it is.
         precision: of the numbers that its floating-point unit computes, chosen unless the user says otherwise.
-        compiler: that builds for it. flags: that choose it.
+        compiler: that builds for it. flags: that choose it. board: that has it, where instructions can be counted.
     """
 
     name: str
@@ -24,6 +33,7 @@ class Target:
     precision: Precision
     compiler: str
     flags: tuple[str, ...] = ()
+    board: Board | None = None
 
 
 _ARM = ("-mthumb",)
@@ -39,6 +49,7 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
                 precision=Precision.SINGLE,
                 compiler="arm-none-eabi-gcc",
                 flags=("-mcpu=cortex-m0", *_ARM, "-mfloat-abi=soft"),
+                board=Board(machine="microbit", core="cortex-m0", memory="16K"),
             ),
             Target(
                 name="cortex-m4f",
@@ -46,6 +57,7 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
                 precision=Precision.SINGLE,
                 compiler="arm-none-eabi-gcc",
                 flags=("-mcpu=cortex-m4", *_ARM, "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"),
+                board=Board(machine="mps2-an386", core="cortex-m4", memory="4M"),
             ),
             Target(
                 name="cortex-m7",
@@ -53,6 +65,7 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
                 precision=Precision.DOUBLE,
                 compiler="arm-none-eabi-gcc",
                 flags=("-mcpu=cortex-m7", *_ARM, "-mfloat-abi=hard", "-mfpu=fpv5-d16"),
+                board=Board(machine="mps2-an500", core="cortex-m7", memory="4M"),
             ),
         )
     }

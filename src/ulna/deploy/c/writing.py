@@ -14,6 +14,7 @@ import numpy as np
 from jinja2 import DictLoader, Environment, StrictUndefined
 
 from ulna.deploy.c.integers import fixed_words
+from ulna.deploy.emulation import Cost
 from ulna.deploy.firmware import Firmware, Port
 from ulna.deploy.fixed_firmware import FixedFirmware
 from ulna.deploy.target import Target
@@ -36,13 +37,16 @@ _TEMPLATES = {
 """Path in the project, and the template it is made from."""
 
 
-def c_files(made: Firmware, target: Target, rows: np.ndarray, fixed: FixedFirmware | None = None) -> dict[str, str]:
+def c_files(
+    made: Firmware, target: Target, rows: np.ndarray, fixed: FixedFirmware | None = None, cost: Cost | None = None
+) -> dict[str, str]:
     """Path → text of every file of the project.
 
     Args:
         made: what ships. target: for its flags. rows: (N, inputs) of the self-test, SI. fixed: the same in integers.
+        cost: of a call, where it is known.
     """
-    known = _words(made, target)
+    known = _words(made, target) | {"cost": cost}
     if fixed is None:
         known |= _number_words(made) | {"rows": _rows(made, (rows, made.run(rows)))}
     else:
