@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import sys
@@ -35,6 +36,7 @@ class UlnaGroup(PlainGroup):
 
     def _run(self, *args: Any, **keywords: Any) -> Any:
         warnings.showwarning = _show_warning
+        gc.set_threshold(20_000, 20, 100)  # a command lives for seconds; collecting as often as usual takes a tenth
         try:
             try:
                 return super().main(*args, **keywords)
