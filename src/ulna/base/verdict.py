@@ -13,7 +13,13 @@ from ulna.base.tables import html_table
 
 
 class Status(StrEnum):
-    """How a claim stands."""
+    """How a claim stands.
+
+    Examples:
+        >>> verdict = ulna.Verdict.proved("the plant is involutive")
+        >>> verdict.status is ulna.Status.PROVED
+        True
+    """
 
     PROVED = "proved"
     """True, by exact computation."""

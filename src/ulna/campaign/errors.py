@@ -6,4 +6,12 @@ from ulna.base import UlnaError
 
 
 class CampaignError(UlnaError):
-    """A campaign that cannot be planned, run, stored or read back."""
+    """A campaign that cannot be planned, run, stored or read back.
+
+    Examples:
+        >>> try:
+        ...     ulna.Uniform(low=2, high=1)
+        ... except ulna.CampaignError as error:
+        ...     print(error)
+        Uniform(low=2, high=1): its limits are the wrong way round. Give low < high.
+    """

@@ -19,6 +19,10 @@ class Region:
 
     Args:
         scale: SI size of each state by name, where 1 is far off; it shapes the ellipsoid.
+
+    Examples:
+        >>> ulna.Region(scale={"x1": 1.0, "x2": 5.0}).scale  # for `prove`: five times as long along x2
+        {'x1': 1.0, 'x2': 5.0}
     """
 
     scale: Mapping[str, float] = field(default_factory=dict)
@@ -35,6 +39,13 @@ class StableWithin:
 
     Args:
         box: SI distance from the equilibrium, either side, of each state by name; the others start at theirs.
+
+    Examples:
+        >>> law = ulna.state_feedback("duffing", [-1, -2])
+        >>> chip = ulna.Hardware(saturation=ulna.Saturation(lower=-2, upper=2))
+        >>> loop = ulna.close_loop("duffing", law, hardware=chip)
+        >>> ulna.prove(loop, ulna.StableWithin(box={"x1": 0.1, "x2": 0.1})).holds
+        True
     """
 
     box: Mapping[str, float]
@@ -49,7 +60,13 @@ class StableWithin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GloballyStable:
-    """Every run converges to the equilibrium, wherever it starts, and stays near it where it starts near it."""
+    """Every run converges to the equilibrium, wherever it starts, and stays near it where it starts near it.
+
+    Examples:
+        >>> law = ulna.state_feedback("duffing", [-1, -2])
+        >>> ulna.prove(ulna.close_loop("duffing", law), ulna.GloballyStable()).holds
+        True
+    """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,6 +76,11 @@ class Over:
     Args:
         parameters: lowest and highest SI value of each by name. The plant must still have them as symbols, and its
             controller be designed with numbers; what is not named keeps its value.
+
+    Examples:
+        >>> law = ulna.state_feedback("duffing", [-1, -2])
+        >>> ulna.prove(ulna.close_loop("duffing", law), ulna.Over(parameters={"d": (0.1, 0.5)})).holds
+        True
     """
 
     parameters: Mapping[str, Any]

@@ -62,6 +62,11 @@ def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, 
 
     Reference:
         H. K. Khalil, "Nonlinear Systems", 3rd ed., theorem 4.10; W. Tucker, "Validated Numerics", 2011, chapter 5.
+
+    Examples:
+        >>> law = ulna.state_feedback("duffing", [-1, -2])
+        >>> print(ulna.prove(ulna.close_loop("duffing", law), ulna.GloballyStable()))
+        proved: all runs of 'closed loop of Duffing oscillator with force' converge to one equilibrium, which is stable
     """
     if isinstance(claim, Over):
         return prove_over(loop, claim, inputs or {}, seconds)

@@ -20,7 +20,14 @@ _STABLE = ("exponential", "asymptotic")
 
 
 class Method(Enum):
-    """How a law is designed, the best first."""
+    """How a law is designed, the best first.
+
+    Examples:
+        >>> ulna.controller_for("duffing", method=ulna.Method.LOCAL).law.method
+        'local, on the linearisation at the origin'
+        >>> [method.value for method in ulna.Method]
+        ['exact', 'input-output', 'approximate', 'local']
+    """
 
     EXACT = "exact"
     """Linearise the whole state, in the controller form."""

@@ -32,6 +32,11 @@ class Controller:
         compensator: both together; None unless both were asked for.
         system: the compensator as a system; the law or the observer where it is alone.
         passed: by method why it was passed over for the one taken, in one line each; empty where none was.
+
+    Examples:
+        >>> made = ulna.controller_for("duffing", law=[-1, -2])
+        >>> made.law.method
+        'exact, on the whole state'
     """
 
     plant: System

@@ -25,7 +25,12 @@ _T = TypeVar("_T")
 
 
 class AbstractGainRule(ABC):
-    """A way to choose the characteristic polynomial of each chain of integrators, or gains on a linearisation."""
+    """A way to choose the characteristic polynomial of each chain of integrators, or gains on a linearisation.
+
+    Examples:
+        >>> isinstance(ulna.Poles([-1, -2]), ulna.AbstractGainRule)
+        True
+    """
 
     @abstractmethod
     def polynomials(self, orders: Sequence[int]) -> tuple[tuple[sp.Expr, ...], ...]:
@@ -120,6 +125,11 @@ class LinearQuadratic(AbstractGainRule):
 
     Raises:
         DesignError: for weights that are no numbers or of the wrong sign.
+
+    Examples:
+        >>> law = ulna.state_feedback("duffing", ulna.LinearQuadratic(state_weights=[10, 1], input_weight=0.1))
+        >>> np.round(law.poles, 2)
+        array([-2.74-1.58j, -2.74+1.58j])
     """
 
     state_weights: tuple[float, ...]
@@ -201,6 +211,11 @@ class Bandwidth(AbstractGainRule):
 
     Raises:
         DesignError: for what is not a positive number.
+
+    Examples:
+        >>> law = ulna.state_feedback("duffing", ulna.Bandwidth(3))
+        >>> [round(abs(pole), 6) for pole in law.poles]
+        [3.0, 3.0]
     """
 
     omega: float

@@ -125,6 +125,11 @@ def accessibility(system: System) -> Accessibility:
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if a field is not smooth.
+
+    Examples:
+        >>> found = ulna.accessibility(ulna.model("duffing"))
+        >>> len(found.levels)
+        2
     """
     view = control_affine(system)
     n, here = len(view.x), equilibrium(system)

@@ -21,6 +21,15 @@ class Diffeomorphism:
         forward: (n, 1) T(x).
         inverse: (n, 1) T⁻¹(z), or None; `inverted` says how sure, or what was tried.
         singular: expression whose zeros bound the domain (the Jacobian's determinant), in x.
+
+    Examples:
+        >>> change = ulna.controller_form("duffing").map
+        >>> change.forward, change.inverse
+        (Matrix([
+        [x1],
+        [x2]]), Matrix([
+        [z1],
+        [z2]]))
     """
 
     old: tuple[sp.Symbol, ...]

@@ -60,6 +60,10 @@ def accessible_decomposition(system: System) -> Decomposition:
     """Coordinates with the part that no input moves last: ζ₂' = φ(ζ₂), n − d first integrals of the accessible span.
 
     The span is the smallest distribution with all g_j that is invariant under f and the g_j; d is its dimension.
+
+    Examples:
+        >>> ulna.accessible_decomposition(ulna.model("duffing")).complete
+        True
     """
     view = control_affine(system)
     claim = f"'{system.name}' splits into a part that the inputs move and a part that they do not"
@@ -87,6 +91,10 @@ def observable_decomposition(system: System) -> Decomposition:
 
     ζ₁ are functions of the observation space itself (states where their differentials lie in it), so nothing has to
     be integrated.
+
+    Examples:
+        >>> ulna.observable_decomposition(ulna.model("duffing")).complete
+        True
     """
     view = control_affine(system)
     claim = f"'{system.name}' splits into a part that the outputs see and a part that they do not"

@@ -22,6 +22,13 @@ class Distribution:
     Args:
         coordinates: x, n symbols.
         fields: vector fields of shape (n, 1).
+
+    Examples:
+        >>> import sympy as sp
+        >>> x, y = sp.symbols("x y", real=True)
+        >>> span = ulna.distribution([sp.Matrix([1, y]), sp.Matrix([0, x])], [x, y])
+        >>> span.fields[1].T
+        Matrix([[0, x]])
     """
 
     coordinates: tuple[Symbol, ...]
@@ -46,7 +53,14 @@ class Distribution:
 
 
 def distribution(fields: Sequence[MatrixBase], coordinates: Sequence[Symbol]) -> Distribution:
-    """The span of columns (n, 1)."""
+    """The span of columns (n, 1).
+
+    Examples:
+        >>> import sympy as sp
+        >>> x, y = sp.symbols("x y", real=True)
+        >>> ulna.distribution([sp.Matrix([1, y])], [x, y]).coordinates
+        (x, y)
+    """
     return Distribution(coordinates=tuple(coordinates), fields=tuple(ImmutableDenseMatrix(field) for field in fields))
 
 
@@ -91,6 +105,13 @@ def involutive(span: Distribution) -> Verdict:
 
     The refutation's evidence: `pair` (positions i < j among the spanning fields), `bracket` = [f_i, f_j],
     `rank_before`, `rank_after` and the `point` where the ranks were taken.
+
+    Examples:
+        >>> import sympy as sp
+        >>> x, y, z = sp.symbols("x y z", real=True)
+        >>> span = ulna.distribution([sp.Matrix([1, 0, y]), sp.Matrix([0, 1, 0])], [x, y, z])
+        >>> ulna.involutive(span).fails  # the bracket has a part along z
+        True
     """
     claim = "the distribution is involutive"
     basis = generic_basis(span)

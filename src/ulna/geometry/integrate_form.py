@@ -67,6 +67,13 @@ def integrate(
 
     Raises:
         UlnaError: ω is identically zero.
+
+    Examples:
+        >>> import sympy as sp
+        >>> x, y = sp.symbols("x y", real=True)
+        >>> found = ulna.integrate(ulna.one_form([y, -x], [x, y]))
+        >>> found.value, found.factor
+        (y/x, -1/x**2)
     """
     coordinates = form.coordinates
     # x^(a − 1) as x^a / x: one function x^a for all of them.

@@ -54,6 +54,12 @@ def first_integrals(
         hints: expressions whose factors may occur in integrating factors.
         near: the point around which the functions must be real; the origin if left out.
         seconds: s, for everything together.
+
+    Examples:
+        >>> import sympy as sp
+        >>> x, y = sp.symbols("x y", real=True)
+        >>> ulna.first_integrals(ulna.distribution([sp.Matrix([-y, x])], [x, y])).functions
+        (x**2 + y**2,)
     """
     basis = generic_basis(span)
     wanted = len(span.coordinates) - len(basis.fields)

@@ -37,6 +37,12 @@ def lie_derivative(function: Scalar, field: MatrixBase, coordinates: Sequence[Sy
 
     Raises:
         UlnaError: the field does not have one entry per coordinate.
+
+    Examples:
+        >>> import sympy as sp
+        >>> x, v = sp.symbols("x v", real=True)
+        >>> ulna.lie_derivative(x**2, sp.Matrix([v, -x]), [x, v])
+        2*v*x
     """
     _check(field, (len(coordinates), 1), "vector field")
     scalar = expression(function)
@@ -51,6 +57,12 @@ def lie_bracket(first: MatrixBase, second: MatrixBase, coordinates: Sequence[Sym
 
     Raises:
         UlnaError: a field does not have one entry per coordinate.
+
+    Examples:
+        >>> import sympy as sp
+        >>> x, v = sp.symbols("x v", real=True)
+        >>> ulna.lie_bracket(sp.Matrix([v, -sp.sin(x)]), sp.Matrix([0, 1]), [x, v]).T
+        Matrix([[1, 0]])
     """
     _check(first, (len(coordinates), 1), "vector field")
     _check(second, (len(coordinates), 1), "vector field")

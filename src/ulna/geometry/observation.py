@@ -69,6 +69,11 @@ def observability(system: System) -> Observability:
 
     Raises:
         UlnaError: for terms without derivatives (abs, sign, …); NotAffineError if the inputs do not enter linearly.
+
+    Examples:
+        >>> seen = ulna.observability(ulna.model("duffing"))
+        >>> seen.indices, seen.observable.holds
+        ((2,), True)
     """
     view = control_affine(system)
     require_smooth([*view.f, *view.h], f"observability of '{system.name}'")

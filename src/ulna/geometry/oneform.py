@@ -24,6 +24,13 @@ class OneForm:
     Args:
         coordinates: x, n symbols.
         row: the wᵢ, shape (1, n).
+
+    Examples:
+        >>> import sympy as sp
+        >>> x, y = sp.symbols("x y", real=True)
+        >>> form = ulna.one_form([2 * x, 2 * y], [x, y])
+        >>> ulna.integrate(form).value
+        x**2 + y**2
     """
 
     coordinates: tuple[Symbol, ...]
@@ -45,7 +52,14 @@ class OneForm:
 
 
 def one_form(components: Sequence[Scalar] | MatrixBase, coordinates: Sequence[Symbol]) -> OneForm:
-    """ω = Σ wᵢ dxᵢ from its components (a sequence or a matrix of n entries)."""
+    """ω = Σ wᵢ dxᵢ from its components (a sequence or a matrix of n entries).
+
+    Examples:
+        >>> import sympy as sp
+        >>> x, y = sp.symbols("x y", real=True)
+        >>> ulna.one_form([y, x], [x, y]).row
+        Matrix([[y, x]])
+    """
     row = ImmutableDenseMatrix([[expression(c) for c in components]])
     return OneForm(coordinates=tuple(coordinates), row=row)
 

@@ -35,6 +35,12 @@ class Excitation:
             over the parameter's value. step_errors: of the best single step within the limits, inf where it tells
             nothing.
         noise: by output, SI. reached: share of each limit that is used, by name; `limited_by`: the most used one.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper")
+        >>> found = ulna.excite(spring, ["k"], limits={"u": 1}, duration=5.0, samples=50, tries=4)
+        >>> found.csv().splitlines()[0]  # a table for the bench
+        'time [s],u [N]'
     """
 
     plant: System
@@ -100,6 +106,12 @@ def excite(
     Reference:
         G. C. Goodwin, R. L. Payne, Dynamic System Identification: Experiment Design and Data Analysis, Academic
         Press 1977, chapter 6.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper")
+        >>> found = ulna.excite(spring, ["k"], limits={"u": 1}, duration=5.0, samples=50, tries=4)
+        >>> found.standard_errors["k"] < 0.01
+        True
     """
     whole = as_system(system)
     plant = measured_part(whole if outputs is None else with_uses(whole, measured=list(outputs)))

@@ -74,6 +74,14 @@ class Fit:
             combination of unknowns changes nothing. aic: Akaike's criterion; differences between models count.
         converged: whether the search ended because nothing improves; else `stopped` says what ended it.
         notes: what else a reader should know. evaluations: of the model. source: where the values come from.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper")
+        >>> run = ulna.simulate(spring.with_values(), [1, 0], np.linspace(0, 9, 91))
+        >>> record = ulna.Record(times=run.t, columns={"y": run.y, "u": np.zeros(91)})
+        >>> fit = ulna.identify(spring, record, free=["k"], initial={"p": 1.0, "s": 0.0})
+        >>> ulna.controller_for(fit).law.method
+        'exact, on the whole state'
     """
 
     system: System

@@ -37,6 +37,11 @@ class Record:
 
     Raises:
         IdentificationError: times that do not increase, columns of another length, values that are not finite.
+
+    Examples:
+        >>> record = ulna.Record(times=np.linspace(0, 1, 3), columns={"y": np.zeros(3)}, name="first try")
+        >>> record.name
+        'first try'
     """
 
     times: np.ndarray
@@ -83,7 +88,7 @@ def read_record(
     joined: bool = False,
     delay: float = 0.0,
 ) -> Record:
-    """The record in a text file (CSV, tabs, semicolons) or in the netCDF of a `Trajectory`.
+    r"""The record in a text file (CSV, tabs, semicolons) or in the netCDF of a `Trajectory`.
 
     Titles carry units, `theta [deg]` or a line of units below; a column without one is taken as SI.
 
@@ -97,6 +102,12 @@ def read_record(
     Raises:
         IdentificationError: a file that cannot be read, times that do not increase, cells without a number.
         UnitError: a unit that is unknown.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> _ = Path("log.csv").write_text("t,y\n0,0\n0.1,90\n")
+        >>> ulna.read_record("log.csv", units={"y": "deg"}).columns["y"].round(3)
+        array([0.   , 1.571])
     """
     place = Path(path)
     try:

@@ -74,6 +74,12 @@ def sensitivities(
 
     Reference:
         E. Hairer, S. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, section I.14.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> found = ulna.sensitivities(spring, [1, 0], np.linspace(0, 1, 5), along=["p"])
+        >>> found.output_slopes[0, 0]
+        array([1.])
     """
     response = Response(as_system(system), tuple(along))
     at = np.asarray(times, dtype=float)

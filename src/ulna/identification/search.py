@@ -76,6 +76,14 @@ def identify(
 
     Reference:
         L. Ljung, System Identification: Theory for the User, 2nd ed., chapters 7, 9 and 16.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper")
+        >>> run = ulna.simulate(spring.with_values(), [1, 0], np.linspace(0, 9, 91))
+        >>> record = ulna.Record(times=run.t, columns={"y": run.y, "u": np.zeros(91)})
+        >>> fit = ulna.identify(spring, record, free=["k"], initial={"p": 1.0, "s": 0.0})
+        >>> round(fit.estimates[0].value, 6)
+        4.0
     """
     plant = _plant(system)
     taken = as_records(records)

@@ -17,6 +17,11 @@ class Robust:
 
     Raises:
         IdentificationError: a number that is not positive.
+
+    Examples:
+        >>> loss = ulna.Robust(sigmas=3.0)  # ulna.identify(..., loss=loss)
+        >>> loss.sigmas
+        3.0
     """
 
     sigmas: float = 2.0
@@ -34,6 +39,10 @@ class MultipleShooting:
 
     Raises:
         IdentificationError: fewer than two segments.
+
+    Examples:
+        >>> ulna.MultipleShooting(segments=40)  # for records that start unstable plants or chaos
+        MultipleShooting(segments=40)
     """
 
     segments: int = 20

@@ -28,6 +28,10 @@ class GlobalStart:
 
     Raises:
         IdentificationError: no tries.
+
+    Examples:
+        >>> ulna.GlobalStart(points=256, fitted=8)
+        GlobalStart(points=256, fitted=8, seed=0)
     """
 
     points: int = 64

@@ -38,6 +38,11 @@ class Identifiability:
         lost: starts at which parameters that can be known otherwise show in no derivative of the outputs, whatever
             the inputs do: names by start, as text.
         verdict: on "all of them can be known".
+
+    Examples:
+        >>> found = ulna.identifiability(ulna.model("duffing"), ["a", "b"])
+        >>> found.verdict.holds
+        True
     """
 
     system: System
@@ -85,6 +90,14 @@ def identifiability(
             discrete time.
 
     Source: A. Sedoglavic, J. Symbolic Computation 33 (2002); L. Ljung and T. Glad, Automatica 30 (1994).
+
+    Examples:
+        >>> print(ulna.identifiability(ulna.model("duffing"), ["a", "b"]))
+        Identifiability of 'Duffing oscillator with force' from y
+          a: globally (proved)
+          b: globally (proved)
+          lost at the operating point: b
+          lost at x1 = 0: b
     """
     plant = _recorded(as_system(system), outputs)
     free = _checked(plant, parameters, known_start)

@@ -14,6 +14,10 @@ class Jitter:
 
     Args:
         width: s, less than the period.
+
+    Examples:
+        >>> ulna.Hardware(period=1e-3, clock=ulna.Jitter(width=1e-4)).clock
+        Jitter(width=0.0001)
     """
 
     width: float
@@ -29,6 +33,10 @@ class MissedSamples:
 
     Args:
         probability: of one sample, independent of the others.
+
+    Examples:
+        >>> ulna.Hardware(period=1e-3, clock=ulna.MissedSamples(probability=0.01)).clock
+        MissedSamples(probability=0.01)
     """
 
     probability: float

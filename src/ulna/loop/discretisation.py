@@ -14,6 +14,10 @@ class Euler:
     Args:
         substeps: steps of h = period / substeps.
         interpolate: take y on the straight line between the two samples instead of holding the older one.
+
+    Examples:
+        >>> ulna.Hardware(period=1e-3, discretisation=ulna.Euler(substeps=4)).discretisation
+        Euler(substeps=4, interpolate=False)
     """
 
     substeps: int = 1
@@ -31,6 +35,10 @@ class RungeKutta4:
         substeps: steps of h = period / substeps.
         interpolate: take y on the straight line between the two samples instead of holding the older one, which
             makes the whole controller first order.
+
+    Examples:
+        >>> ulna.Hardware(period=1e-3, discretisation=ulna.RungeKutta4(substeps=2)).discretisation
+        RungeKutta4(substeps=2, interpolate=True)
     """
 
     substeps: int = 1
@@ -54,6 +62,10 @@ class ExactHold:
     Reference:
         G. F. Franklin, J. D. Powell, M. Workman, "Digital Control of Dynamic Systems", 3rd ed., section 6.3.2
         (triangle hold).
+
+    Examples:
+        >>> ulna.Hardware(period=1e-3, discretisation=ulna.ExactHold()).discretisation
+        ExactHold(interpolate=True)
     """
 
     interpolate: bool = True

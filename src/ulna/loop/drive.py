@@ -30,6 +30,10 @@ class Pwm:
     Reference:
         J. A. Sanders, F. Verhulst, J. Murdock, "Averaging Methods in Nonlinear Dynamical Systems", 2nd ed., 2007,
         section 2.9 (second-order averaging).
+
+    Examples:
+        >>> ulna.Hardware(period=1e-3, drive=ulna.Pwm(frequency=20e3, supply=24)).drive
+        Pwm(frequency=20000.0, supply=24, dead_time=0.0, sag=0.0, switched=False, ripple=False)
     """
 
     frequency: float
@@ -70,6 +74,11 @@ class Amplifier:
         numbers: SI values of further names in the formulas.
         measured: the controller reads what is applied, as an amplifier that measures tells it; else it believes that
             its limited command is.
+
+    Examples:
+        >>> drive = ulna.Amplifier(lower="-24 + 0.1*omega", upper="24 + 0.1*omega")
+        >>> ulna.Hardware(period=1e-3, drive=drive).period
+        0.001
     """
 
     lower: str | sp.Expr

@@ -6,7 +6,12 @@ from enum import IntFlag
 
 
 class Fault(IntFlag):
-    """The bits of a fault code; 0 where nothing is wrong."""
+    """The bits of a fault code; 0 where nothing is wrong.
+
+    Examples:
+        >>> ulna.Fault(3)
+        <Fault.NOT_FINITE|MISSED: 3>
+    """
 
     NOT_FINITE = 1
     """A measured value or a command that is not finite, or a command of `Guard(largest=...)` or more."""

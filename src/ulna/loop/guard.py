@@ -20,6 +20,11 @@ class Guard:
         reaction: what is commanded instead of a command that is not finite. With `SafeOutput` a simulated run goes on;
             with `Hold` it ends there.
         largest: a command of this size or more counts as not finite.
+
+    Examples:
+        >>> guard = ulna.Guard(reaction=ulna.SafeOutput(0.0), largest=1e3)
+        >>> ulna.Hardware(period=1e-3, guard=guard).guard.largest
+        1000.0
     """
 
     reaction: Hold | SafeOutput = field(default_factory=Hold)

@@ -59,6 +59,12 @@ class Hardware:
 
     Raises:
         SimulationError: a period or delay out of range, a jitter longer than the period.
+
+    Examples:
+        >>> chip = ulna.Hardware(period=1e-3, saturation=ulna.Saturation(lower=-24, upper=24), delay=1e-3)
+        >>> loop = ulna.close_loop("duffing", ulna.state_feedback("duffing", [-1, -2]), hardware=chip)
+        >>> loop.hardware.period
+        0.001
     """
 
     period: float | None = None

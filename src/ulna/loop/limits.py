@@ -26,7 +26,12 @@ class Saturation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SlewLimit:
-    """|u_k − u_{k−1}| ≤ rate · period. rate: SI units of u a second."""
+    """|u_k − u_{k−1}| ≤ rate · period. rate: SI units of u a second.
+
+    Examples:
+        >>> ulna.Hardware(period=1e-3, slew=ulna.SlewLimit(rate=100.0)).period
+        0.001
+    """
 
     rate: float
 
@@ -44,6 +49,12 @@ class ConditionalIntegration:
 
     Reference:
         K. J. Åström, T. Hägglund, "Advanced PID Control", ISA 2006, section 3.5.
+
+    Examples:
+        >>> limits = ulna.Saturation(lower=-24, upper=24)
+        >>> kept = ulna.ConditionalIntegration(states=("y_integral",))
+        >>> ulna.Hardware(period=1e-3, saturation=limits, anti_windup=kept).anti_windup.states
+        ('y_integral',)
     """
 
     states: tuple[str, ...]
@@ -60,6 +71,11 @@ class EndStop:
         position: name of the state that is limited. velocity: name of the state that is reset, its derivative.
         lower, upper: SI.
         restitution: v⁺ = −restitution · v⁻; 0 stops dead.
+
+    Examples:
+        >>> wall = ulna.EndStop(position="x", velocity="v", upper=0.2, restitution=0.4)
+        >>> len(ulna.Hardware(end_stops=(wall,)).end_stops)
+        1
     """
 
     position: str

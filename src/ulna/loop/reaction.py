@@ -11,7 +11,12 @@ from ulna.base import SimulationError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hold:
-    """The last command stays."""
+    """The last command stays.
+
+    Examples:
+        >>> ulna.Guard(reaction=ulna.Hold())
+        Guard(reaction=Hold(), largest=inf)
+    """
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +25,10 @@ class SafeOutput:
 
     Args:
         output: SI, of all driven inputs, or by name; inputs that a mapping leaves out hold their last command.
+
+    Examples:
+        >>> ulna.Guard(reaction=ulna.SafeOutput({"u": 0.0}))
+        Guard(reaction=SafeOutput(output={'u': 0.0}), largest=inf)
     """
 
     output: float | Mapping[str, float]
@@ -32,7 +41,12 @@ class SafeOutput:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Report:
-    """The controller goes on; only the fault code tells."""
+    """The controller goes on; only the fault code tells.
+
+    Examples:
+        >>> ulna.InnovationLimit(size=0.1, samples=20, reaction=ulna.Report())
+        InnovationLimit(size=0.1, samples=20, resume=None, reaction=Report())
+    """
 
 
 Reaction = Hold | SafeOutput | Report

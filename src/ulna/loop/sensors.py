@@ -14,6 +14,10 @@ class Quantiser:
 
     Args:
         step: SI. lower, upper: what the converter can show, SI.
+
+    Examples:
+        >>> ulna.Hardware(period=1e-3, sensors=ulna.Quantiser(step=2 * np.pi / 4096)).period
+        0.001
     """
 
     step: float
@@ -39,7 +43,12 @@ class Quantiser:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasurementNoise:
-    """Independent Gaussian noise of each sample. std: SI; the seed is the loop's."""
+    """Independent Gaussian noise of each sample. std: SI; the seed is the loop's.
+
+    Examples:
+        >>> ulna.Hardware(period=1e-3, noise=ulna.MeasurementNoise(std=0.002)).noise
+        MeasurementNoise(std=0.002)
+    """
 
     std: float
 

@@ -23,6 +23,11 @@ class Deadline:
         lateness: s beyond the period; None asks for no time.
         missed: samples in a row that may be missed; None for any number.
         reaction: to either.
+
+    Examples:
+        >>> late = ulna.Deadline(missed=3, reaction=ulna.SafeOutput(0.0))
+        >>> ulna.Hardware(period=1e-3, deadline=late).deadline.missed
+        3
     """
 
     lateness: float | None = None
@@ -47,6 +52,10 @@ class ReferenceRange:
     Args:
         lower, upper: SI; None for the end that the signal itself declares.
         held: the last reference seen takes the place of any that is out of range.
+
+    Examples:
+        >>> ulna.ReferenceRange(lower=-1.0, upper=1.0, held=True)
+        ReferenceRange(lower=-1.0, upper=1.0, held=True)
     """
 
     lower: float | None = None
@@ -77,6 +86,10 @@ class InnovationLimit:
 
     Reference:
         R. Isermann, "Fault-Diagnosis Systems", Springer 2006, chapter 7 (limit checking).
+
+    Examples:
+        >>> ulna.InnovationLimit(size=0.1, samples=20, reaction=ulna.SafeOutput(0.0))
+        InnovationLimit(size=0.1, samples=20, resume=None, reaction=SafeOutput(output=0.0))
     """
 
     size: float | Mapping[str, float]

@@ -75,6 +75,11 @@ def studio(
 
     Warns:
         UlnaWarning: if there is no browser to open the page in, with the place of the file.
+
+    Examples:
+        >>> law = ulna.state_feedback("duffing", [-1, -2])
+        >>> ulna.studio(ulna.close_loop("duffing", law), out="duffing.html").name
+        'duffing.html'
     """
     made = studio_text(
         *loops, names=names, initial=initial, parameters=parameters, inputs=inputs, certificate=certificate,

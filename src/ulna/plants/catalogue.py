@@ -30,6 +30,10 @@ class Model:
         text: what it is; teaches: what it shows; source: where it comes from.
         states, inputs, outputs: how many it has.
         answers: known answers by analysis key, as formula text (empty for most of the practical models).
+
+    Examples:
+        >>> next(each.teaches for each in ulna.models() if each.name == "duffing")
+        'Both forms at once: law and observer without any approximation.'
     """
 
     name: str

@@ -47,6 +47,11 @@ def save_figure(figure: Figure, path: str | Path, *, dots_per_inch: float = 160.
 
     Raises:
         UlnaError: an ending that is none of the formats, or a place that cannot be written.
+
+    Examples:
+        >>> figure = ulna.plot_poles([-1 + 2j, -1 - 2j])
+        >>> ulna.save_figure(figure, "poles.svg").name
+        'poles.svg'
     """
     target = Path(path)
     suffix = target.suffix.lower().lstrip(".")

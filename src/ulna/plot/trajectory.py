@@ -52,6 +52,11 @@ def plot_trajectories(
     Raises:
         UlnaError: no run.
         SimulationError: a run without one of the signals.
+
+    Examples:
+        >>> spring, times = ulna.model("mass_spring_damper").with_values(), np.linspace(0, 9, 181)
+        >>> runs = {f"from {start} m": ulna.simulate(spring, [start, 0], times) for start in (1, 2)}
+        >>> figure = ulna.plot_trajectories(runs, ["y"])
     """
     if not runs:
         raise UlnaError("a figure of trajectories", "there is no run to draw.")

@@ -35,6 +35,13 @@ class Ensemble:
         peak_error: (N, p) largest |value − target|.
         times: (T,) s of the paths. paths: (N, T) by name; NaN after the end of a run.
         plant: of a continuous closed loop its plant; None where the system is the plant.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> many = ulna.simulate(spring, [[1, 0], [2, 0]], 60.0)
+        >>> many.final_state.shape, many.settling_time.round(1)
+        ((2, 2), array([[14.7],
+               [14.7]]))
     """
 
     system: System

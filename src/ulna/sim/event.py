@@ -10,7 +10,12 @@ import numpy as np
 
 
 class EventKind(Enum):
-    """What happened; the value is what people read."""
+    """What happened; the value is what people read.
+
+    Examples:
+        >>> ulna.EventKind.BOUNCED.value
+        'the position rebounded from an end stop'
+    """
 
     SATURATION_ENTERED = "the command passed a limit of the input"
     SATURATION_LEFT = "the command came back within the limits of the input"
@@ -38,6 +43,11 @@ class Event:
         signal: to which input, position, output or `Crossing`, by name; empty for the whole state.
         direction: 1 upwards or at the upper limit, −1 downwards or at the lower one; 0 where neither is meant.
         state: (n,) the system's state just after it, in SI; empty in sampled runs.
+
+    Examples:
+        >>> event = ulna.Event(time=0.4, kind=ulna.EventKind.CROSSED, signal="turns")
+        >>> event.kind.value
+        'the expression passed through zero'
     """
 
     time: float

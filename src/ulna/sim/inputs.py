@@ -58,12 +58,26 @@ class Samples:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Held(Samples):
-    """u(t) = values[k] for times[k] ≤ t < times[k+1], and the last value from the last time on. See `Samples`."""
+    """u(t) = values[k] for times[k] ≤ t < times[k+1], and the last value from the last time on. See `Samples`.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> push = ulna.Held(times=np.array([0.0, 1.0]), values=np.array([0.0, 12.0]))  # 12 N from 1 s on
+        >>> ulna.simulate(spring, [0, 0], np.linspace(0, 2, 5), inputs={"u": push}).x[0].round(2)
+        array([0.  , 0.  , 0.  , 1.27, 3.67])
+    """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Interpolated(Samples):
-    """u(t) by straight lines between (times[k], values[k]); defined from the first time to the last. See `Samples`."""
+    """u(t) by straight lines between (times[k], values[k]); defined from the first time to the last. See `Samples`.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> ramp = ulna.Interpolated(times=np.array([0.0, 2.0]), values=np.array([0.0, 1.0]))
+        >>> ulna.simulate(spring, [0, 0], np.linspace(0, 2, 5), inputs={"u": ramp}).u
+        array([0.  , 0.25, 0.5 , 0.75, 1.  ])
+    """
 
     @classmethod
     def of(cls, function: Callable[[float], float], times: Sequence[float] | np.ndarray) -> Interpolated:

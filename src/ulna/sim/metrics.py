@@ -44,7 +44,14 @@ class InputMetrics:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Metrics:
-    """Figures of a run for each output and each input, by name."""
+    """Figures of a run for each output and each input, by name.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> run = ulna.simulate(spring, [1, 0], np.linspace(0, 60, 6001))
+        >>> round(ulna.metrics(run).outputs["y"].settling_time, 2)
+        14.66
+    """
 
     outputs: Mapping[str, OutputMetrics]
     inputs: Mapping[str, InputMetrics]

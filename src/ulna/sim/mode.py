@@ -14,6 +14,10 @@ class Mode:
 
     Attributes:
         start, end: s. held: the surfaces at which a jump of the right-hand side holds the motion, "v = 0".
+
+    Examples:
+        >>> ulna.Mode(start=0.0, end=0.4, held=("friction",)).held
+        ('friction',)
     """
 
     start: float

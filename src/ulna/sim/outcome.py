@@ -6,7 +6,14 @@ from enum import Enum
 
 
 class Outcome(Enum):
-    """The result code of a simulation: what people read, and what helps."""
+    """The result code of a simulation: what people read, and what helps.
+
+    Examples:
+        >>> ulna.Outcome.FINISHED.text
+        'reached the final time'
+        >>> ulna.Outcome.BLEW_UP.remedy
+        'The loop is unstable from here; a smaller initial state or another design may hold it.'
+    """
 
     FINISHED = ("reached the final time", "")
     BLEW_UP = (

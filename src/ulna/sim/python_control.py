@@ -98,6 +98,11 @@ def from_control(given: Any) -> System:
         SimulationError: a nonlinear system, one in discrete time without a period, without a realisation or with
             entries that are not finite.
         PlantError: names that are no names of formulas.
+
+    Examples:
+        >>> import control
+        >>> ulna.from_control(control.ss([[0, 1], [-2, -3]], [[0], [1]], [[1, 0]], 0)).rates
+        (x1, u0 - 2*x0 - 3*x1)
     """
     library = _library()
     if isinstance(given, library.TransferFunction):

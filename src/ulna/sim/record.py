@@ -9,7 +9,14 @@ from ulna.base import SimulationError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ends:
-    """Only how each run ended; figures of continuous runs, which cost time, are NaN."""
+    """Only how each run ended; figures of continuous runs, which cost time, are NaN.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> many = ulna.simulate(spring, np.ones((3, 2)), 5.0, record=ulna.Ends())
+        >>> many.end_time
+        array([5., 5., 5.])
+    """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,6 +29,13 @@ class Figures:
 
     Args:
         samples: intervals of runs that go one by one.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> many = ulna.simulate(spring, [[1, 0], [2, 0]], 60.0, record=ulna.Figures(samples=1000))
+        >>> many.settling_time.round(2)
+        array([[14.66],
+               [14.66]])
     """
 
     samples: int = 500
@@ -37,6 +51,12 @@ class Paths:
 
     Args:
         names: states, outputs, estimates, commands (`u_command`), measured values (`y_measured`) and so on.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> many = ulna.simulate(spring, [[1, 0], [2, 0]], 5.0, record=ulna.Paths("y"))
+        >>> many.paths["y"].shape
+        (2, 2)
     """
 
     names: tuple[str, ...]

@@ -23,6 +23,11 @@ class ControlAffine:
         system: what this is the view of.
         x: (n,) state symbols; u: (m,) input symbols.
         f: (n, 1) drift; g: (n, m) input fields as columns; h: (p, 1) outputs.
+
+    Examples:
+        >>> view = ulna.control_affine(ulna.model("duffing"))
+        >>> view.f.T, view.g.T
+        (Matrix([[x2, -a*x1 - b*x1**3 - d*x2]]), Matrix([[0, 1]]))
     """
 
     system: System

@@ -26,6 +26,11 @@ class Equilibrium:
             rate that does not vanish, undecided where it was not asked. Its evidence tells how the point was found.
         parameters: value by parameter symbol where the system rests there only at the parameters' values; empty where
             it rests for any parameters, or not at all.
+
+    Examples:
+        >>> rest = ulna.equilibrium(ulna.model("one_link_arm").with_values())
+        >>> rest.states
+        {theta: 0, omega: 0, i: -441/25}
     """
 
     system: System

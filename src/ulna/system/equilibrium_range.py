@@ -42,6 +42,11 @@ class Equilibria:
         complete: on "these are all in the box": proved, or undecided with the boxes that are `unresolved`.
         within: (lower, upper) by the name of each state that was searched or bounded.
         free: states that no rate depends on: each point stands for one with any value of them.
+
+    Examples:
+        >>> found = ulna.equilibria(ulna.model("duffing"), within={"x1": (-5, 5)})
+        >>> len(found.points), found.complete.holds
+        (1, True)
     """
 
     points: tuple[Equilibrium, ...]

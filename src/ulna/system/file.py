@@ -27,6 +27,11 @@ def read_system(path: str | os.PathLike[str]) -> System:
     Raises:
         PlantError: for a missing file, a syntax error (its line is shown), an unknown key or a missing equation.
         FormulaError, UnitError: for what a formula or a unit gets wrong.
+
+    Examples:
+        >>> ulna.write_system(ulna.model("duffing"), "duffing.toml")
+        >>> ulna.read_system("duffing.toml").state_symbols
+        (x1, x2)
     """
     place = Path(path)
     try:
@@ -40,7 +45,13 @@ def read_system(path: str | os.PathLike[str]) -> System:
 
 
 def write_system(system: SystemLike, path: str | os.PathLike[str]) -> None:
-    """Write a plant file that reads back to the same system; the file appears whole or not at all."""
+    """Write a plant file that reads back to the same system; the file appears whole or not at all.
+
+    Examples:
+        >>> ulna.write_system(ulna.model("duffing"), "duffing.toml")
+        >>> ulna.read_system("duffing.toml").name
+        'Duffing oscillator with force'
+    """
     place = Path(path)
     data = system_to_mapping(system)
     text = json.dumps(data, indent=2) + "\n" if place.suffix == ".json" else _toml_text(data)

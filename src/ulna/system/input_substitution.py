@@ -25,6 +25,12 @@ class InputSubstitution:
     Attributes:
         given: the plant as it was; system: the same with the new inputs, each with the range that follows.
         meaning: φ(u) by new input; commands: u as an expression in the new input, by old input.
+
+    Examples:
+        >>> data = {"name": "p", "inputs": {"u": {}}, "states": {"x": {"equation": "exp(u) - x"}}}
+        >>> changed = ulna.substitute_input(ulna.system_from_mapping(data))
+        >>> changed.meaning, changed.commands
+        ({exp_u: exp(u)}, {u: log(exp_u)})
     """
 
     given: System
@@ -58,6 +64,11 @@ def substitute_input(system: SystemLike) -> InputSubstitution:
 
     Raises:
         NotAffineError: where an input enters in no such way, or its range leaves the branch open.
+
+    Examples:
+        >>> data = {"name": "p", "inputs": {"u": {}}, "states": {"x": {"equation": "exp(u) - x"}}}
+        >>> ulna.substitute_input(ulna.system_from_mapping(data)).system.rates
+        (exp_u - x,)
     """
     given = as_system(system)
     rates = list(given.inline(given.rates))

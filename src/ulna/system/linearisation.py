@@ -23,6 +23,13 @@ class Linearisation:
     Attributes:
         A: (n, n); B: (n, m); C: (p, n); D: (p, m), exact.
         point: the values put in for states and inputs.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> ulna.linearise(spring).A
+        Matrix([
+        [ 0,    1],
+        [-4, -1/2]])
     """
 
     system: System

@@ -55,7 +55,14 @@ _KEYS: Mapping[str, set[str]] = {
 
 
 def system_from_mapping(data: Mapping[str, Any], *, where: str = "plant") -> System:
-    """The system that a plant file's mapping describes."""
+    """The system that a plant file's mapping describes.
+
+    Examples:
+        >>> v = {"unit": "m/s", "equation": "F/m"}
+        >>> data = {"name": "cart", "parameters": {"m": {"value": 2, "unit": "kg"}}, "inputs": {"F": {"unit": "N"}}}
+        >>> ulna.system_from_mapping({**data, "states": {"v": v}}).rates
+        (F/m,)
+    """
     _check_shape(data, where)
     if not data.get("states") and not data.get("outputs"):
         hint = "Give [states] at least one entry, or [outputs] for a static law."

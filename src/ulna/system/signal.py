@@ -20,6 +20,11 @@ class Signal:
         text: what it is, in a few words.
         lower, upper: its range, exact, or None where unbounded.
         measured, controlled: of an output what it is for.
+
+    Examples:
+        >>> theta = ulna.Signal(name="theta", unit="rad", text="angle of the arm")
+        >>> theta.unit
+        'rad'
     """
 
     name: str
@@ -50,6 +55,11 @@ class Parameter:
         lower, upper: bounds in `unit`.
         source: where the number comes from.
         std: standard deviation of the value in `unit`, None where it is not told.
+
+    Examples:
+        >>> import sympy as sp
+        >>> ulna.Parameter(name="m", value=sp.Rational(5, 2), unit="g").si_value
+        1/400
     """
 
     name: str
@@ -87,6 +97,12 @@ class Definition:
         implicit: whether `name` is what makes the expression zero. All implicit ones of a system are found together;
             their expressions are affine in them and may use every definition: accelerations behind a mass matrix.
         unit: of an implicit one, whose formula does not tell it.
+
+    Examples:
+        >>> import sympy as sp
+        >>> m, v = sp.symbols("m v", real=True)
+        >>> ulna.Definition(name="momentum", expression=m * v).expression
+        m*v
     """
 
     name: str

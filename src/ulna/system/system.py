@@ -38,6 +38,13 @@ class System:
 
     Raises:
         PlantError: for duplicate or reserved names, counts that differ, and undeclared symbols.
+
+    Examples:
+        >>> plant = ulna.model("duffing")
+        >>> plant.rates
+        (x2, -a*x1 - b*x1**3 - d*x2 + u)
+        >>> plant.with_values().rates
+        (x2, u - x1**3 - x1 - x2/10)
     """
 
     name: str

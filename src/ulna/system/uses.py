@@ -22,6 +22,11 @@ def with_uses(
 
     Raises:
         PlantError: a name that is no output, an output that is given twice.
+
+    Examples:
+        >>> plant = ulna.with_uses(ulna.model("one_link_arm"), measured=[])
+        >>> plant.outputs[0].measured
+        False
     """
     system = as_system(system)
     for what, names in (("controlled", controlled), ("measured", measured)):

@@ -68,6 +68,12 @@ def settled_fraction(result: CampaignResult, *, confidence: float = 0.95, interv
 
     Raises:
         CampaignError: a confidence outside (0, 1).
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> result = ulna.sweep(spring, ulna.Grid(axes={"p": [1, 2, 3]}), horizon=60.0)
+        >>> print(ulna.settled_fraction(result))
+        100.00%
     """
     if not 0 < confidence < 1:
         raise CampaignError(

@@ -26,6 +26,12 @@ def quantiles(result: CampaignResult, figures: Sequence[str] = (), *, levels: Se
 
     Raises:
         CampaignError: an unknown figure, a level outside [0, 1].
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> result = ulna.sweep(spring, ulna.Grid(axes={"p": [1, 2, 3]}), horizon=60.0)
+        >>> ulna.quantiles(result, ["final_p"], levels=(0.5, 0.95)).sizes["level"]
+        2
     """
     import xarray as xr
 

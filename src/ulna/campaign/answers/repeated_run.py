@@ -44,6 +44,13 @@ def replay(result: CampaignResult, number: int) -> Replay:
 
     Raises:
         CampaignError: a number that is none of the runs.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> result = ulna.sweep(spring, ulna.Grid(axes={"p": [1, 3, 2]}), horizon=5.0)
+        >>> run = ulna.replay(result, 1).trajectory
+        >>> run.x[:, 0]
+        array([3., 0.])
     """
     stored = result.run(number)
     experiment = result.experiment

@@ -46,6 +46,14 @@ def sensitivity(result: CampaignResult, figure: str, *, confidence: float = 0.95
 
     Reference:
         A. Saltelli et al., Computer Physics Communications 181 (2010) 259–270, Table 2, (b) and (f).
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> vary = {"p": ulna.Uniform(low=0, high=1), "s": ulna.Uniform(low=0, high=1)}
+        >>> result = ulna.sweep(spring, ulna.Saltelli(vary=vary, base=32), horizon=5.0)
+        >>> found = ulna.sensitivity(result, "final_p")
+        >>> bool(found.total[0] > found.total[1])  # at 5 s the position depends on the first position most
+        True
     """
     plan = result.experiment.plan
     if not isinstance(plan, Saltelli):

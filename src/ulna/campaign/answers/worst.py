@@ -30,6 +30,12 @@ def worst_cases(result: CampaignResult, figure: str, *, count: int = 10) -> tupl
 
     Raises:
         CampaignError: an unknown figure, or a count below one.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> result = ulna.sweep(spring, ulna.Grid(axes={"p": [1, 3, 2]}), horizon=60.0)
+        >>> [case.number for case in ulna.worst_cases(result, "final_p", count=2)]
+        [1, 2]
     """
     if count < 1:
         raise CampaignError(f"worst_cases(count={count})", "expected at least one.")

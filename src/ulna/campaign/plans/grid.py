@@ -22,6 +22,11 @@ class Grid(Plan):
 
     Raises:
         CampaignError: no axis, an empty one, a value that is not finite, or one that is given twice.
+
+    Examples:
+        >>> plan = ulna.Grid(axes={"m2": [4.0, 5.0], "theta": [0.0, 0.1, 0.2]})
+        >>> plan.count, plan.shape
+        (6, (2, 3))
     """
 
     axes: Mapping[str, Sequence[float] | np.ndarray]

@@ -50,7 +50,12 @@ class Interval:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Uniform(Interval):
-    """`Uniform(low=..., high=...)`: every value between low and high alike."""
+    """`Uniform(low=..., high=...)`: every value between low and high alike.
+
+    Examples:
+        >>> ulna.Uniform(low=-0.5, high=0.5)
+        Uniform(low=-0.5, high=0.5)
+    """
 
     def quantile(self, probability: np.ndarray) -> np.ndarray:
         """low + p (high − low)."""
@@ -63,6 +68,11 @@ class LogUniform(Interval):
 
     Raises:
         CampaignError: low not positive, or not below high.
+
+    Examples:
+        >>> friction = ulna.LogUniform(low=1e-3, high=1)
+        >>> friction.quantile(np.array([0.5])).round(4)
+        array([0.0316])
     """
 
     def __post_init__(self) -> None:
@@ -82,6 +92,11 @@ class Normal:
 
     Raises:
         CampaignError: a standard deviation that is not positive, limits the wrong way round or outside all chances.
+
+    Examples:
+        >>> mass = ulna.Normal(mean=5, std=0.2, low=4)
+        >>> mass.quantile(np.array([0.5])).round(4)
+        array([5.])
     """
 
     mean: float
@@ -124,6 +139,11 @@ class Choice:
 
     Raises:
         CampaignError: no value, or one that is not finite.
+
+    Examples:
+        >>> motors = ulna.Choice(values=(0.5, 0.7, 1.0))
+        >>> ulna.Random(vary={"km": motors}, runs=500).count
+        500
     """
 
     values: tuple[float, ...]

@@ -87,7 +87,13 @@ class CountedPlan(DrawnPlan):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Random(CountedPlan):
-    """`Random(vary=..., runs=N)`: independent draws; run k has its own place of the counter-based generator Philox."""
+    """`Random(vary=..., runs=N)`: independent draws; run k has its own place of the counter-based generator Philox.
+
+    Examples:
+        >>> plan = ulna.Random(vary={"theta": ulna.Uniform(low=-1, high=1)}, runs=1000, seed=7)
+        >>> plan.count, plan.names
+        (1000, ('theta',))
+    """
 
     def points(self, first: int, last: int) -> np.ndarray:
         """(last − first, quantities) independent points."""
@@ -100,6 +106,10 @@ class LatinHypercube(CountedPlan):
 
     Reference:
         M. McKay, R. Beckman, W. Conover, Technometrics 21 (1979).
+
+    Examples:
+        >>> ulna.LatinHypercube(vary={"m2": ulna.Uniform(low=4, high=6)}, runs=4).values(0, 4)["m2"].round(1)
+        array([4.5, 5.3, 5.6, 4.3])
     """
 
     def points(self, first: int, last: int) -> np.ndarray:
@@ -119,6 +129,10 @@ class Sobol(CountedPlan):
 
     Reference:
         A. Owen, "Scrambling Sobol' and Niederreiter–Xing points", Journal of Complexity 14 (1998).
+
+    Examples:
+        >>> ulna.Sobol(vary={"theta": ulna.Uniform(low=-1, high=1)}, runs=1024).count
+        1024
     """
 
     def __post_init__(self) -> None:
@@ -146,6 +160,11 @@ class Saltelli(DrawnPlan):
     Reference:
         A. Saltelli et al., "Variance based sensitivity analysis of model output", Computer Physics Communications 181
         (2010).
+
+    Examples:
+        >>> vary = {"m2": ulna.Uniform(low=4, high=6), "Ra": ulna.Uniform(low=1, high=2)}
+        >>> ulna.Saltelli(vary=vary, base=256).count
+        1024
     """
 
     base: int

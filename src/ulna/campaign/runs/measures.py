@@ -68,6 +68,11 @@ class Measures:
 
     Raises:
         CampaignError: fewer than one interval.
+
+    Examples:
+        >>> measures = ulna.Measures(outputs=("y",), targets={"y": 0.5}, effort=("u",))
+        >>> measures.targets
+        {'y': 0.5}
     """
 
     outputs: tuple[str, ...] = ()

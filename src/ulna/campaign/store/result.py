@@ -28,6 +28,12 @@ class CampaignResult:
 
     Attributes:
         store: where they are.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> result = ulna.sweep(spring, ulna.Grid(axes={"p": [1, 2]}), horizon=60.0)
+        >>> result["settling_time_y"].round(2)
+        array([14.66, 14.66])
     """
 
     store: Store
@@ -180,6 +186,12 @@ def open_campaign(path: str | os.PathLike[str]) -> CampaignResult:
 
     Raises:
         CampaignError: no campaign there, one that is not finished, or a damaged manifest.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> result = ulna.sweep(spring, ulna.Grid(axes={"p": [1, 2]}), horizon=5.0, store="runs")
+        >>> len(ulna.open_campaign("runs")["settling_time_y"])
+        2
     """
     folder = open_folder(Path(path))
     missing = folder.manifest.runs - folder.runs_done

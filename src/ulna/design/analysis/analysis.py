@@ -50,6 +50,11 @@ class Analysis(Mapping[str, Answer]):
         system: the plant.
         point: the operating point at which pointwise questions were asked.
         answers: by key, each a value with its verdict and evidence.
+
+    Examples:
+        >>> analysis = ulna.analyse("duffing", questions=["involutive"])
+        >>> analysis["involutive"].verdict.holds
+        True
     """
 
     system: System
@@ -112,6 +117,11 @@ def analyse(
     Raises:
         UlnaError: for a question that is none of the keys.
         NotAffineError: if the plant is not affine in its inputs, the one thing nothing can be said without.
+
+    Examples:
+        >>> answer = ulna.analyse("duffing", questions=["relative_degree"])["relative_degree"]
+        >>> answer.value, str(answer.verdict.status)
+        ([2], 'proved')
     """
     system = as_plant(system)
     if system.discrete:

@@ -15,6 +15,11 @@ class Answer:
     Attributes:
         verdict: how sure the value is; for yes/no questions the answer itself.
         value: a number, a bool, expressions, or a mapping of them; None where there is none.
+
+    Examples:
+        >>> answer = ulna.analyse("duffing", questions=["controllability_rank"])["controllability_rank"]
+        >>> answer.value
+        2
     """
 
     verdict: Verdict

@@ -47,6 +47,13 @@ def swing_up(
 
     Reference:
         K. J. Åström, K. Furuta, Swinging up a pendulum by energy control, Automatica 36 (2000).
+
+    Examples:
+        >>> plant = ulna.model("cart_pole").with_values()
+        >>> catch = ulna.local_law(plant, [-2, -2.5, -3, -3.5])
+        >>> law = ulna.swing_up(catch, energy="om^2/2 + 9.8*cos(th)", push=10, gain=20, within={"th": 0.3}, pivot="y")
+        >>> law.method
+        'swing-up by energy, caught by a law that is local, on the linearisation at the origin'
     """
     plant = catch.plant
     asked = f"a swing-up of '{plant.name}'"

@@ -72,6 +72,11 @@ def extended_law(
     Raises:
         NoFormError: if no extension decouples the outputs.
         DesignError: if the gains do not fit the chains.
+
+    Examples:
+        >>> law = ulna.extended_law("unicycle", [-1, -2, -1, -2])
+        >>> [state.name for state in law.system.states]
+        ['xi1']
     """
     plant = as_plant(plant)
     found = dynamic_extension(controlled_part(plant))

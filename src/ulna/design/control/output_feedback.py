@@ -19,6 +19,11 @@ class Compensator:
     Attributes:
         law: the law; observer: what estimates the states.
         system: inputs the plant's outputs and the references, outputs the plant's inputs, then the estimates.
+
+    Examples:
+        >>> made = ulna.compensator(ulna.state_feedback("duffing", [-1, -2]), ulna.exact_observer("duffing", [-5, -6]))
+        >>> [signal.name for signal in made.system.inputs]
+        ['y']
     """
 
     law: Law
@@ -41,6 +46,11 @@ def compensator(law: Law, observer: Observer | SystemLike) -> Compensator:
 
     Raises:
         DesignError: if the observer estimates other states than the law needs.
+
+    Examples:
+        >>> law, observer = ulna.state_feedback("duffing", [-1, -2]), ulna.exact_observer("duffing", [-5, -6])
+        >>> ulna.compensator(law, observer).system.name
+        'compensator of Duffing oscillator with force'
     """
     plant, estimator = law.plant, as_system(observer)
     if not isinstance(observer, Observer):

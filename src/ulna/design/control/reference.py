@@ -35,7 +35,13 @@ class AbstractReference(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Regulate(AbstractReference):
-    """Hold the operating point: the origin in the paper's law (30, 32). No reference input."""
+    """Hold the operating point: the origin in the paper's law (30, 32). No reference input.
+
+    Examples:
+        >>> law = ulna.state_feedback("duffing", [-1, -2], reference=ulna.Regulate())
+        >>> [signal.name for signal in law.system.inputs]
+        ['x1', 'x2']
+    """
 
     def chain(self, system: System, output: sp.Expr, index: int, order: int) -> ReferenceChain:
         """The output's value at the operating point and zeros behind it."""
@@ -46,7 +52,13 @@ class Regulate(AbstractReference):
 
 @dataclass(frozen=True, slots=True)
 class SetPoint(AbstractReference):
-    """Hold a constant set point, an input of the law named `<output>_ref`."""
+    """Hold a constant set point, an input of the law named `<output>_ref`.
+
+    Examples:
+        >>> law = ulna.state_feedback("duffing", [-1, -2], reference=ulna.SetPoint())
+        >>> [signal.name for signal in law.system.inputs]
+        ['x1', 'x2', 'y_ref']
+    """
 
     def chain(self, system: System, output: sp.Expr, index: int, order: int) -> ReferenceChain:
         """The set point and zeros behind it."""
@@ -56,7 +68,13 @@ class SetPoint(AbstractReference):
 
 @dataclass(frozen=True, slots=True)
 class Track(AbstractReference):
-    """Follow a smooth reference and its derivatives, inputs `<output>_ref`, `<output>_ref_d1` and so on."""
+    """Follow a smooth reference and its derivatives, inputs `<output>_ref`, `<output>_ref_d1` and so on.
+
+    Examples:
+        >>> law = ulna.state_feedback("duffing", [-1, -2], reference=ulna.Track())
+        >>> [signal.name for signal in law.system.inputs]
+        ['x1', 'x2', 'y_ref', 'y_ref_d1', 'y_ref_d2']
+    """
 
     def chain(self, system: System, output: sp.Expr, index: int, order: int) -> ReferenceChain:
         """The reference and its derivatives, carried through the linearising output by the chain rule."""

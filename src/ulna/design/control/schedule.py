@@ -58,6 +58,11 @@ def gain_schedule(
 
     Reference:
         H. K. Khalil, Nonlinear Systems, 3rd ed., 2002, section 12.5; W. J. Rugh, J. S. Shamma, Automatica 36 (2000).
+
+    Examples:
+        >>> law = ulna.gain_schedule("duffing", over={"y": (-1, 1, 5)}, gains=[-1, -2])
+        >>> [signal.name for signal in law.system.inputs]
+        ['x1', 'x2', 'y_ref']
     """
     system = as_plant(plant).with_values()
     asked = f"a gain schedule for '{system.name}'"

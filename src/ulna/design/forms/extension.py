@@ -90,6 +90,10 @@ def dynamic_extension(
         With a verdict refuted for a single input (dynamic feedback linearises such a plant only if static feedback
         does: Charlet, Lévine and Marino, Systems & Control Letters 13 (1989)) and for plants whose outputs cannot be
         steered independently.
+
+    Examples:
+        >>> ulna.dynamic_extension("unicycle").verdict.holds
+        True
     """
     system = as_plant(system)
     functions = tuple(control_affine(system).h) if outputs is None else tuple(outputs)

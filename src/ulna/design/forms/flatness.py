@@ -32,6 +32,12 @@ def flat_output(system: PlantLike, outputs: Sequence[sp.Expr], *, seconds: float
 
     Raises:
         PlantError: if an output holds symbols that are neither states nor parameters.
+
+    Examples:
+        >>> plant = ulna.model("unicycle")
+        >>> px, py = plant.state_symbols[:2]
+        >>> ulna.flat_output(plant, [px, py]).holds
+        True
     """
     system = as_plant(system)
     claim = f"({', '.join(formula(h) for h in outputs)}) is a flat output"

@@ -57,6 +57,10 @@ def state_linearisation(system: PlantLike) -> StateLinearisation:
     Raises:
         NotAffineError: if the plant is not affine in its inputs.
         UlnaError: if a field is not smooth.
+
+    Examples:
+        >>> ulna.state_linearisation("duffing").verdict.status
+        <Status.REFUTED: 'refuted'>
     """
     return _state_linearisation(as_plant(system))
 

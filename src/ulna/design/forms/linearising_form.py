@@ -33,6 +33,11 @@ class LinearisingForm:
         new_inputs: (m,) symbols v.
         singular: expression in x at whose zeros the law is singular, the determinant of β.
         verdict: how sure it is that the inputs enter at the ends of the chains only and β is generically invertible.
+
+    Examples:
+        >>> form = ulna.controller_form("duffing")
+        >>> form.alpha, form.beta
+        (Matrix([[-(a*x1 + b*x1**3 + d*x2)]]), Matrix([[1]]))
     """
 
     relative_degree: RelativeDegree

@@ -66,6 +66,11 @@ def normal_form(system: PlantLike, *, seconds: float = 4.0) -> NormalForm:
 
     Raises:
         NoFormError: if there is no input-output form.
+
+    Examples:
+        >>> form = ulna.normal_form("cart_pole")
+        >>> form.input_free.holds, len(form.internal)
+        (True, 2)
     """
     form = input_output_form(system)
     system = form.system

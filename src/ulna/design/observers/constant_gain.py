@@ -29,6 +29,11 @@ def local_observer(plant: PlantLike, gains: Gains | KalmanNoise, *, at: PointLik
     Raises:
         PlantError: for a plant without output.
         DesignError: where the plant does not rest, a mode grows or stays that no output shows, or gains do not fit.
+
+    Examples:
+        >>> observer = ulna.local_observer("cart_pole", [-4, -5, -6, -7])
+        >>> [state.name for state in observer.system.states]
+        ['p_hat', 's_hat', 'th_hat', 'om_hat']
     """
     system = as_plant(plant)
     if not system.outputs:

@@ -34,6 +34,10 @@ class KalmanNoise:
         covariance: (n,) the diagonal of P at the start, by position or by state name.
 
     What is left out is 1.
+
+    Examples:
+        >>> ulna.KalmanNoise(process={"x1": 1e-6, "x2": 1e-2}, measurement={"y": 1e-4}).measurement
+        {'y': 0.0001}
     """
 
     process: Sequence[Any] | Mapping[str, Any] | None = None
@@ -56,6 +60,11 @@ def extended_kalman_filter(system: PlantLike, noise: KalmanNoise | None = None) 
     Raises:
         PlantError: for a plant without output.
         DesignError: for densities that are no numbers, of the wrong sign or number, or under unknown names.
+
+    Examples:
+        >>> filtered = ulna.extended_kalman_filter("duffing", ulna.KalmanNoise(measurement=[1e-4]))
+        >>> [state.name for state in filtered.system.states]
+        ['x1_hat', 'x2_hat', 'cov_x1_x1', 'cov_x1_x2', 'cov_x2_x2']
     """
     system, noise = as_plant(system), noise or KalmanNoise()
     view = control_affine(system)

@@ -28,7 +28,13 @@ from ulna.symbolic.formulas import exact
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HighGain:
-    """The high-gain observer as a choice for `controller_for`: the arguments of `high_gain_observer`."""
+    """The high-gain observer as a choice for `controller_for`: the arguments of `high_gain_observer`.
+
+    Examples:
+        >>> made = ulna.controller_for("duffing", law=[-1, -2], observer=ulna.HighGain(gains=[-1, -2], time_scale=0.05))
+        >>> made.observer is not None
+        True
+    """
 
     gains: Gains
     time_scale: Any = 1
@@ -49,6 +55,11 @@ def high_gain_observer(system: PlantLike, gains: Gains, *, time_scale: Any = 1) 
     Raises:
         NoFormError: if the drift's outputs do not determine the state; `value` is the `Observability`.
         DesignError: for ε ≤ 0 or gains that do not fit the blocks.
+
+    Examples:
+        >>> observer = ulna.high_gain_observer("duffing", [-1, -2], time_scale=0.05)
+        >>> [state.name for state in observer.system.states]
+        ['x1_hat', 'x2_hat']
     """
     system = as_plant(system)
     epsilon = _positive(time_scale)

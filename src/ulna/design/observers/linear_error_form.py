@@ -37,6 +37,12 @@ class ObserverForm:
         measured: (p,) the last coordinates of the blocks as functions of y; y itself unless the output is transformed.
         drift_injection: (n, 1) a(y); input_injection: (n, m) c(y).
         verdict: on the form, by substitution.
+
+    Examples:
+        >>> ulna.observer_form("duffing").map.forward
+        Matrix([
+        [d*x1 + x2],
+        [       x1]])
     """
 
     view: ControlAffine

@@ -36,6 +36,11 @@ class Observer:
         initial: values at which further states of the estimator (a covariance) start; the estimates start at zero.
         sampled: what a processor runs instead of steps of its rates: of an observer in the form's coordinates its
             linear part and what is injected, of a Kalman filter the plant's rates, innovations and densities.
+
+    Examples:
+        >>> observer = ulna.exact_observer("duffing", [-5, -6])
+        >>> observer.poles
+        ((-6+0j), (-5+0j))
     """
 
     plant: System
@@ -120,6 +125,10 @@ def injected_observer(form: ObserverForm | PlantLike, gains: Gains) -> Observer:
     Raises:
         DesignError: if the inverse map is not known or the gain rule does not fit the blocks.
         NoFormError: if a plant has no observer form.
+
+    Examples:
+        >>> [state.name for state in ulna.injected_observer("duffing", [-5, -6]).system.states]
+        ['z1_hat', 'z2_hat']
     """
     form = form if isinstance(form, ObserverForm) else observer_form(form)
     view = form.view

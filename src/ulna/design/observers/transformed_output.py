@@ -55,6 +55,10 @@ def transformed_observer_form(system: PlantLike) -> ObserverForm:
 
     Raises:
         NoFormError: if there is none or none was found; `value` is the `ObserverFormSearch` that says why.
+
+    Examples:
+        >>> ulna.transformed_observer_form("duffing").indices
+        (2,)
     """
     hint = "A high-gain observer or an extended Kalman filter does not need the form."
     return required_form(output_transformation(as_plant(system)), hint, after=" with an output transformation")

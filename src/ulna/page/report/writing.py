@@ -39,6 +39,10 @@ def report_page(loop: Loop | PlantLike, *, out: str | os.PathLike[str], **option
     Raises:
         SimulationError: a folder that does not exist, a file that cannot be written; nothing is left of it then.
         UlnaError: an analysis or a run that is refused.
+
+    Examples:
+        >>> ulna.report_page("mass_spring_damper", out="spring.html").name  # doctest: +SKIP
+        'spring.html'
     """
     path = Path(out)
     require_folder(path)

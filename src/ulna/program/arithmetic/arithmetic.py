@@ -43,6 +43,10 @@ class Fused(AbstractArithmetic):
 
     Fields:
         precision: that of the numbers in the lowering.
+
+    Examples:
+        >>> ulna.Hardware(period=1e-3, arithmetic=ulna.Fused()).arithmetic
+        Fused(precision=<Precision.DOUBLE: 'double'>)
     """
 
     fuses = True
@@ -63,6 +67,10 @@ class Plain(AbstractArithmetic):
 
     Fields:
         precision: that of the numbers in the lowering.
+
+    Examples:
+        >>> ulna.Hardware(period=1e-3, arithmetic=ulna.Plain()).arithmetic
+        Plain(precision=<Precision.DOUBLE: 'double'>)
     """
 
     fuses = False

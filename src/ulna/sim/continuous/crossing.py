@@ -11,7 +11,12 @@ from ulna.base import SimulationError
 
 
 class Direction(Enum):
-    """Which passages count."""
+    """Which passages count.
+
+    Examples:
+        >>> ulna.Direction.FALLING.value
+        'from above zero to below'
+    """
 
     RISING = "from below zero to above"
     FALLING = "from above zero to below"
@@ -31,6 +36,13 @@ class Crossing:
             expression or a formula as text.
         direction: which passages count.
         terminal: the run ends at the first one, with `Outcome.STOPPED`.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> top = ulna.Crossing(name="top", expression="s", direction=ulna.Direction.FALLING)
+        >>> run = ulna.simulate(spring, [0, 1], np.linspace(0, 5, 101), events=[top])
+        >>> [round(event.time, 3) for event in run.events]
+        [0.728, 3.895]
     """
 
     name: str

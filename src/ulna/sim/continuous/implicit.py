@@ -32,6 +32,12 @@ class Implicit:
     Reference:
         A. C. Hindmarsh et al., "SUNDIALS: Suite of nonlinear and differential/algebraic equation solvers", ACM
         Transactions on Mathematical Software 31 (2005), 363–396.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> run = ulna.simulate(spring, [1, 0], np.linspace(0, 5, 11), engine=ulna.Implicit(tolerance=1e-8))
+        >>> run.outcome.text
+        'reached the final time'
     """
 
     tolerance: float = 1e-9

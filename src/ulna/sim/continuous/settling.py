@@ -17,6 +17,12 @@ class Settling:
 
     Args:
         output: name of the output, or of a state. target: SI. fraction: half-width of the band, part of the way.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> run = ulna.simulate(spring, [1, 0], np.linspace(0, 60, 601), events=[ulna.Settling(output="y")])
+        >>> [round(event.time, 3) for event in run.events]
+        [14.657]
     """
 
     output: str

@@ -36,6 +36,12 @@ class Taylor:
     Reference:
         F. Biscani, D. Izzo, "Revisiting high-order Taylor methods for astrodynamics and celestial mechanics",
         Monthly Notices of the Royal Astronomical Society 504 (2021), 2614–2628.
+
+    Examples:
+        >>> spring = ulna.model("mass_spring_damper").with_values()
+        >>> run = ulna.simulate(spring, [1, 0], np.linspace(0, 5, 11), engine=ulna.Taylor(tolerance=1e-10))
+        >>> run.outcome.text
+        'reached the final time'
     """
 
     tolerance: float = 1e-13

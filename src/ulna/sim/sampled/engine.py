@@ -28,6 +28,10 @@ class FixedSteps:
 
     Raises:
         SimulationError: a setting out of its range.
+
+    Examples:
+        >>> ulna.FixedSteps(number=8, order=4).number
+        8
     """
 
     number: int | None = None

@@ -20,6 +20,11 @@ class Gpu:
     Args:
         runs: of a batch; memory on the device does not grow beyond it.
         threads: of a block.
+
+    Examples:
+        >>> engine = ulna.FixedSteps(device=ulna.Gpu())
+        >>> engine.device.runs
+        262144
     """
 
     runs: int = 1 << 18
