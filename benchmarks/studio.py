@@ -16,6 +16,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -77,8 +78,41 @@ def c_steps(folder: Path) -> Callable[[], float]:
     return once
 
 
-def in_chromium(path: Path, seconds: float) -> tuple[float, float, float]:
-    """(ms from opening to ready, median of 5; CPU time of the page's process as a share of a core; frames a second)."""
+WATCH = """() => {
+  globalThis.gaps = []; globalThis.work = [];
+  const frame = ulnaPage._frame.bind(ulnaPage);
+  let last = null;
+  ulnaPage._frame = (now) => {
+    const began = performance.now();
+    frame(now);
+    work.push(performance.now() - began);
+    if (last !== null) gaps.push(now - last);
+    last = now;
+  };
+}"""
+"""Notes the time between frames and the time that each one computes, ms."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shown:
+    """A page in Chromium: ms to ready; CPU time of its process as a share of a core; frames a second; ms of the longest
+    time between two frames and of the longest computing in one, after the first second."""
+
+    ready: float
+    share: float
+    frames: float
+    gap: float
+    work: float
+
+    def __str__(self) -> str:
+        return (
+            f"ready after {self.ready:.0f} ms, {100 * self.share:.0f} % of a core, {self.frames:.0f} frames a second, "
+            f"at most {self.gap:.0f} ms between two frames and {self.work:.0f} ms of computing in one"
+        )
+
+
+def in_chromium(path: Path, seconds: float) -> Shown:
+    """A page opened five times, the last time watched in motion."""
     from playwright.sync_api import sync_playwright
 
     program = shutil.which("chromium") or shutil.which("google-chrome")
@@ -91,19 +125,24 @@ def in_chromium(path: Path, seconds: float) -> tuple[float, float, float]:
             page.goto(path.as_uri())
             page.wait_for_selector("body.ready")
             waits.append((time.perf_counter() - begun) * 1e3)
+        page.evaluate(WATCH)
         devtools = page.context.new_cdp_session(page)
         devtools.send("Performance.enable")
         page.wait_for_timeout(1000)
+        page.evaluate("() => { gaps.length = work.length = 0; }")
 
         def busy() -> float:
             rows: list[dict[str, Any]] = devtools.send("Performance.getMetrics")["metrics"]
             return next(row["value"] for row in rows if row["name"] == "ProcessTime")
 
-        before, frames = busy(), page.evaluate("ulnaPage.count")
+        before, begun = busy(), time.perf_counter()
         page.wait_for_timeout(seconds * 1e3)
-        share, frames = (busy() - before) / seconds, (page.evaluate("ulnaPage.count") - frames) / seconds
+        share, lasted = busy() - before, time.perf_counter() - begun
+        gaps, work = page.evaluate("[gaps, work]")
         browser.close()
-    return statistics.median(waits), share, frames
+    return Shown(
+        ready=statistics.median(waits), share=share / lasted, frames=len(gaps) / lasted, gap=max(gaps), work=max(work)
+    )
 
 
 def main() -> None:
@@ -123,8 +162,9 @@ def main() -> None:
         path = ulna.studio(loop, out=folder / "arm.html")
         print(f"page of the paper's loop: {path.stat().st_size / 1000:.0f} kB")
         if shutil.which("chromium") or shutil.which("google-chrome"):
-            wait, share, frames = in_chromium(path, given.seconds)
-            print(f"Chromium: ready after {wait:.0f} ms, {100 * share:.0f} % of a core, {frames:.0f} frames a second")
+            print(f"Chromium, one arm: {in_chromium(path, given.seconds)}")
+            eight = ulna.studio(*[loop] * 8, names=[f"arm {k}" for k in range(1, 9)], out=folder / "eight.html")
+            print(f"Chromium, eight side by side: {in_chromium(eight, given.seconds)}")
 
 
 if __name__ == "__main__":

@@ -11,8 +11,23 @@ from terminal import refused, ulna, written
 
 from ulna.base import SimulationError, Verdict
 from ulna.design import analyse, controller_for
-from ulna.loop import Hardware, Loop, Saturation
+from ulna.loop import (
+    Amplifier,
+    Deadline,
+    EndStop,
+    Hardware,
+    Jitter,
+    Loop,
+    MeasurementNoise,
+    MissedSamples,
+    Quantiser,
+    SafeOutput,
+    Saturation,
+    SlewLimit,
+)
 from ulna.page import report_page, report_text
+from ulna.page.report.hardware import hardware_rows
+from ulna.plants import model
 from ulna.program import Plain
 from ulna.system import system_from_mapping
 
@@ -81,6 +96,29 @@ def test_a_loop_with_hardware_has_every_section_on_one_page():
     assert "allow-same-origin" not in (frame["sandbox"] or "")
     assert "default-src 'none'" in unescape(frame["srcdoc"] or "")
     assert "script" not in page.tags
+
+
+def test_the_hardware_is_told_in_words_with_its_units():
+    plant = model("mass_spring_damper")
+    chip = Hardware(
+        period=2.5e-4, delay=1e-3, sensors=Quantiser.encoder(bits=12), noise={"p": MeasurementNoise(std=1e-5)},
+        saturation=Saturation(lower=-24, upper=24), slew=SlewLimit(rate=2290.0),
+        drive=Amplifier(lower="-cell", upper="cell - ohms*s", numbers={"cell": 12.5, "ohms": 0.1 + 0.2}),
+        clock=(Jitter(width=1e-5), MissedSamples(probability=0.01)),
+        end_stops=(EndStop(position="p", velocity="s", lower=-1.5, restitution=0.3),),
+        deadline=Deadline(lateness=1e-4, reaction=SafeOutput({"u": 0.0})),
+    )  # fmt: skip
+    told = dict(hardware_rows(Loop(plant=plant, controller=controller_for(plant, law=[-3, -4]), hardware=chip)))
+    assert told["processor"] == "computes once every 250 µs, in double precision with fused multiply-add"
+    assert told["delay"] == "1 ms from a sample to the new input"
+    assert told["sensor of p"] == "steps of 0.001534 m"
+    assert told["limits of u"] == "within ±24 N"
+    assert told["slew of u"] == "at most 2290 N/s"
+    assert told["noise of p"] == "standard deviation 10⁻⁵ m"
+    assert "with cell = 12.5; ohms = 0.3" in told["drive of u"]
+    assert told["end stop"] == "p from −1.5 m on, and 30 % of the speed comes back"
+    assert told["deadline"] == "a call more than 100 µs late: the safe output u = 0 is commanded"
+    assert not [text for text in told.values() if "(" in text and "=" in text.partition("(")[2]]
 
 
 def test_a_plant_alone_moves_and_one_without_values_is_still_told():

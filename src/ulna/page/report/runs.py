@@ -12,6 +12,7 @@ import numpy as np
 from ulna.base import UlnaError
 from ulna.loop import Loop
 from ulna.page.report.formulas import cut
+from ulna.page.report.hardware import hardware_rows
 from ulna.plot import plot_trajectories, svg_text
 from ulna.report import Block, Cell, Picture, Section, Table, Text, verbatim
 from ulna.report.run_figures import RunFigures, figures_of, levels_of, without_dust
@@ -83,7 +84,7 @@ def _run(loop: Loop, found: Ran) -> Iterator[Block]:
     )
     yield from _figures(found)
     if loop.hardware is not None:
-        rows = tuple((name.replace("_", " "), cut(str(value))) for name, value in loop.told_hardware())
+        rows = tuple((verbatim(name), cut(told)) for name, told in hardware_rows(loop))
         yield Table(head=("", "as built"), rows=rows, caption="The hardware")
 
 

@@ -15,6 +15,7 @@ class Curves {
     this.names = names.filter((name) => this.app.signal(name));
     this.panels = this.names.map((name, k) => this._panel(name, k === names.length - 1));
     this.draw();
+    this.tell();
   }
 
   resize() {
@@ -115,16 +116,24 @@ class Curves {
     ctx.restore();
   }
 
-  draw() {
+  /** All panels; of one turn after the other one at a time, each in every fourth turn or so. */
+  draw(turn = null) {
     const { record, clockTime } = this.app;
     this.start = Math.max(0, clockTime - this.window);
     const first = Math.max(0, record.from(this.start) - 1);
     const end = record.from(clockTime + 1e-9);
-    const stride = Math.max(1, Math.floor((end - first) / 900));
+    // A curve needs no more points than the screen has across.
+    const stride = Math.max(1, Math.ceil((end - first) / Math.max(300, this.place.clientWidth)));
     const times = thinned(record.times, first, end, stride, 1);
+    const round = Math.max(4, this.panels.length);
+    this.panels.forEach((panel, j) => {
+      if (turn === null || turn % round === j) panel.plot.setData([times, ...panel.lines.map((line) => thinned(line.column, first, end, stride, line.scale))]);
+    });
+  }
+
+  /** The present values. */
+  tell() {
     for (const panel of this.panels) {
-      const rows = panel.lines.map((line) => thinned(line.column, first, end, stride, line.scale));
-      panel.plot.setData([times, ...rows]);
       panel.values.forEach((place, k) => {
         const value = this.app.record.columns[k][panel.name];
         const text = value ? steady(toShown(panel.signal, this.app.loops[k].get(panel.name))) : "\u2013";
@@ -139,6 +148,7 @@ function thinned(row, first, end, stride, scale) {
   if (stride === 1 && scale === 1) return row.subarray(first, end);
   const found = [];
   for (let k = Math.ceil(first / stride) * stride; k < end; k += stride) found.push(row[k] / scale);
+  if (end > first) found.push(row[end - 1] / scale);
   return found;
 }
 

@@ -323,10 +323,11 @@ class App {
     this.count = (this.count || 0) + 1;
     this.stage.draw();
     // Curves and figures are read, not watched: fewer frames are enough for them, and not all in the same frame.
-    const turn = this.clock.playing ? this.count % 4 : -1;
-    if (turn <= 0) this.curves.draw();
-    if (this.plane && (turn === 2 || turn < 0)) this.plane.draw();
-    if (turn === 1 || turn < 0) {
+    const turn = this.clock.playing ? this.count : null;
+    this.curves.draw(turn);
+    if (this.plane && (turn === null || turn % 4 === 2)) this.plane.draw();
+    if (turn === null || turn % 8 === 1) {
+      this.curves.tell();
       this.figures.draw();
       this._time();
     }

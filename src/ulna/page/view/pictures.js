@@ -449,10 +449,14 @@ const NEEDLES = {
 
 function arc(c, pivot, radius, turn, look) {
   disc(c, pivot, radius, null, look.rule, 1);
+  c.beginPath(); // one stroke for all marks
   for (let k = 0; k < 24; k += 1) {
     const at = (k * Math.PI) / 12;
-    line(c, polar(pivot, at, radius), polar(pivot, at, radius + (k % 6 ? 4 : 9)), look.rule, 1);
+    c.moveTo(...polar(pivot, at, radius));
+    c.lineTo(...polar(pivot, at, radius + (k % 6 ? 4 : 9)));
   }
+  c.lineWidth = 1;
+  c.stroke();
   line(c, polar(pivot, turn.zero, radius - 6), polar(pivot, turn.zero, radius + 9), look.muted, 1.5);
 }
 

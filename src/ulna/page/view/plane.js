@@ -79,6 +79,7 @@ class Plane {
     const c = sheet.c;
     const first = record.from(app.clockTime - 20);
     const end = record.from(app.clockTime + 1e-9);
+    const stride = Math.max(1, Math.ceil((end - first) / 700));
     app.loops.forEach((loop) => {
       const [a, b] = [loop.get(this.x), loop.get(this.y)];
       const [wide, tall] = [0, 1].map((k) => 0.04 * (this.high[k] - this.low[k]));
@@ -98,13 +99,14 @@ class Plane {
       const [xs, ys] = [record.columns[k][this.x], record.columns[k][this.y]];
       c.beginPath();
       let drawn = false;
-      for (let j = first; j < end; j += 1) {
+      for (let j = Math.ceil(first / stride) * stride; j < end; j += stride) {
         if (!Number.isFinite(xs[j])) continue;
         const at = this._place(xs[j], ys[j]);
         if (drawn) c.lineTo(...at);
         else c.moveTo(...at);
         drawn = true;
       }
+      if (drawn) c.lineTo(...this._place(loop.get(this.x), loop.get(this.y)));
       c.strokeStyle = look.colour(k);
       c.lineWidth = 1.75;
       c.setLineDash(dashOf(k));
