@@ -287,8 +287,8 @@ def test_files_that_are_no_certificates_are_refused(proved: Verdict, tmp_path: P
     for text, reason in (
         (whole[: len(whole) // 2], "not JSON"),
         ("[]", "not of format"),
-        (whole.replace('"format": 3', '"format": 2'), "not of format 3"),
-        (json.dumps({**json.loads(whole), "P": 3}), "missing or of another kind"),
+        (whole.replace('"format": 4', '"format": 3'), "not of format 4"),
+        (json.dumps({**json.loads(whole), "P": 3}), "changed since it was written"),
     ):
         path.write_text(text)
         with pytest.raises(CertifyError, match=reason):

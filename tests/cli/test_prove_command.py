@@ -40,6 +40,19 @@ def test_a_proof_is_written_checked_and_refused_where_it_was_changed(plant: str,
     assert "refuted" in changed.output
 
 
+def test_a_loop_on_its_processor_ends_within_what_its_encoder_leaves_open(plant: str, tmp_path: Path) -> None:
+    proof = tmp_path / "proof.json"
+    typed = [*LAW, "--period", "0.01", "--encoder", "12", "--within", "q=0.1"]
+    data = answered("prove", plant, *typed, "--out", str(proof))
+    assert data["status"] == "proved"
+    assert data["starts_within"] == {"q": 0.1}
+    assert data["ends_within"]["q"] < 0.01
+    assert answered("check", str(proof))["right"] is True
+    slow = answered("prove", plant, *LAW, "--period", "1.2")
+    assert slow["status"] == "undecided"
+    assert slow["largest_eigenvalue"] > 1
+
+
 @pytest.mark.parametrize("typed", ["drag=0.5..3", "drag=±40%", "drag = +-0.4", "drag=1/2..3"])
 def test_a_range_of_a_parameter_is_proved_as_typed(typed: str, plant: str) -> None:
     data = answered("prove", plant, *LAW, "--over", typed)
@@ -79,7 +92,7 @@ def test_a_verdict_is_no_mistake(plant: str) -> None:
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
-        ([*LAW, "--period", "1e-3"], "there is no theorem here yet for a loop on a processor"),
+        ([*LAW, "--period", "1e-3", "--global"], "--global with --period: of a loop on a processor"),
         ([*LAW, "--out", "nowhere/proof.json"], "--out 'nowhere/proof.json': its folder does not exist"),
         (["--limit", "8"], "no controller commands what they limit"),
         ([*LAW, "--within", "angle=1"], "the loop has no such state. Known: q, p"),

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from ulna.base import text_of_file, whole_file
-from ulna.certify.errors import CertifyError
+from ulna.certify.errors import CertifyError, ChangedError
 
-FORMAT = 3
+FORMAT = 4
 """Of the file."""
 LARGEST_FILE = 200_000_000
 """Bytes: a certificate of a million boxes has some ten million."""
 THEOREM = "quadratic Lyapunov function, mean-value form"
 CASCADE = "cascade of a linear part and its decaying errors, growth at most linear"
-
-
 OVER = "characteristic polynomials over parameters, Kharitonov's test"
+SAMPLED = "linearised period map with an enclosed rest, sums of its powers"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,13 +92,7 @@ class Certificate:
         Raises:
             CertifyError: a place that cannot be written.
         """
-        place = Path(path)
-        data = {"format": FORMAT, **asdict(self)}
-        try:
-            with whole_file(place) as file:
-                file.write((json.dumps(data, indent=1) + "\n").encode())
-        except OSError as error:
-            raise CertifyError(f"the file '{place}'", f"it cannot be written ({error.strerror or error}).") from None
+        write_data(asdict(self), path)
 
     def __repr__(self) -> str:
         count = (self.tree or self.splits).count(".")
@@ -106,11 +100,87 @@ class Certificate:
         return f"Certificate of '{self.name}': {self.theorem}{boxes}"
 
 
-def read_certificate(path: str | os.PathLike[str]) -> Certificate:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SampledCertificate:
+    """Runs of a loop on its processor that start in a box stay in another one and end in a smaller one.
+
+    The state is that of the plant, then the memory of the processor, at the samples. One period: the readings are
+    measured, off by at most half a step each; the program runs; the plant moves by its rates, each stretch with its
+    inputs held. In coordinates divided by `scale`, about `center`, that is d⁺ = A d + N δ and a rest. All numbers are
+    rational.
+
+    Attributes:
+        name: of the loop. design: hash of what it was made from. theorem: its name.
+        states: of the plant. rates: in states and inputs. inputs: names in the rates.
+        readings: in states. half_steps: largest error of each. lower, upper: of what a sensor shows, "" for no end.
+        memory: slots of the processor. program: names and formulas of what it computes, in order, from memory and
+            measured values `y<k>`; `<slot>_new` is what a slot is afterwards. first: the same at the first sample.
+        stretches: length in s, then for each input the slot that it holds.
+        center, scale: by state. matrix, injection: A and N in units of 2⁻⁶⁰. powers: of A that are added up.
+        start: box about the center. boxes: the first holds the whole run, each next one its end.
+        shown: names of places of the state that have one: states of plant and controller.
+    """
+
+    name: str
+    design: str
+    theorem: str
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    rates: tuple[str, ...]
+    readings: tuple[str, ...]
+    half_steps: tuple[str, ...]
+    lower: tuple[str, ...]
+    upper: tuple[str, ...]
+    memory: tuple[str, ...]
+    program: tuple[tuple[str, ...], ...]
+    first: tuple[tuple[str, ...], ...]
+    stretches: tuple[tuple[str, ...], ...]
+    center: tuple[str, ...]
+    scale: tuple[str, ...]
+    matrix: tuple[tuple[str, ...], ...]
+    injection: tuple[tuple[str, ...], ...]
+    powers: str
+    start: tuple[str, ...]
+    boxes: tuple[tuple[str, ...], ...]
+    shown: Mapping[str, str]
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the file.
+
+        Raises:
+            CertifyError: a place that cannot be written.
+        """
+        write_data(asdict(self), path)
+
+    def __repr__(self) -> str:
+        return f"Certificate of '{self.name}': {self.theorem}"
+
+
+def write_data(data: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
+    """Write a certificate's file with its digest.
+
+    Raises:
+        CertifyError: a place that cannot be written.
+    """
+    place = Path(path)
+    whole = {"format": FORMAT, "digest": _digest(data), **data}
+    try:
+        with whole_file(place) as file:
+            file.write((json.dumps(whole, indent=1) + "\n").encode())
+    except OSError as error:
+        raise CertifyError(f"the file '{place}'", f"it cannot be written ({error.strerror or error}).") from None
+
+
+def _digest(data: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
+
+
+def read_certificate(path: str | os.PathLike[str]) -> Certificate | SampledCertificate:
     """The certificate in a file.
 
     Raises:
-        CertifyError: a file that cannot be read or is no certificate of this version.
+        CertifyError: a file that cannot be read, or is no certificate of this version.
+        ChangedError: a file that was changed since it was written.
     """
     place = Path(path)
     try:
@@ -123,8 +193,12 @@ def read_certificate(path: str | os.PathLike[str]) -> Certificate:
         raise CertifyError(f"the certificate '{place}'", "it is not JSON: damaged or cut off.") from None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise CertifyError(f"the certificate '{place}'", f"it is not of format {FORMAT}.", "Prove the claim anew.")
+    data.pop("format")
+    if data.pop("digest", None) != _digest(data):
+        found = "it was changed since it was written: its digest is another one."
+        raise ChangedError(f"the certificate '{place}'", found, "Prove the claim anew.")
     try:
-        return _of(data)
+        return _sampled_of(data) if data["theorem"] == SAMPLED else _of(data)
     except (KeyError, TypeError, ValueError, AttributeError):
         raise CertifyError(f"the certificate '{place}'", "parts of it are missing or of another kind.") from None
 
@@ -148,6 +222,25 @@ def _of(data: Mapping[str, Any]) -> Certificate:
         for piece in data["pieces"]
     )
     return Certificate(outer=outer, **given)
+
+
+_SAMPLED_WORDS = ("name", "design", "theorem", "powers")
+_SAMPLED_TABLES = ("program", "first", "stretches", "matrix", "injection", "boxes")
+
+
+def _sampled_of(data: Mapping[str, Any]) -> SampledCertificate:
+    given: dict[str, Any] = {}
+    for each in fields(SampledCertificate):
+        value = data[each.name]
+        if each.name in _SAMPLED_WORDS:
+            given[each.name] = _text(value)
+        elif each.name in _SAMPLED_TABLES:
+            given[each.name] = tuple(tuple(_text(entry) for entry in row) for row in value)
+        elif each.name == "shown":
+            given[each.name] = {_text(name): _text(place) for name, place in value.items()}
+        else:
+            given[each.name] = tuple(_text(entry) for entry in value)
+    return SampledCertificate(**given)
 
 
 def _text(value: Any) -> str:

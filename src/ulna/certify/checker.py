@@ -25,7 +25,7 @@ import sympy as sp
 from flint import arb, ctx
 
 from ulna.base import UlnaError, Verdict
-from ulna.certify.certificate import CASCADE, OVER, THEOREM, Certificate
+from ulna.certify.certificate import CASCADE, OVER, THEOREM, Certificate, SampledCertificate
 from ulna.certify.checker_arithmetic import (
     Box,
     Dual,
@@ -45,6 +45,7 @@ from ulna.certify.checker_arithmetic import (
 from ulna.certify.checker_global import Everywhere
 from ulna.certify.checker_loop import LimitedLoop, names_wrong
 from ulna.certify.checker_over import OverParameters
+from ulna.certify.checker_sampled import Sampled
 from ulna.symbolic.formulas import parse_formula
 
 BITS = 80
@@ -55,24 +56,27 @@ PARTS = 300
 """How many of these parts are looked at."""
 
 
-def check(certificate: Certificate) -> Verdict:
+def check(certificate: Certificate | SampledCertificate) -> Verdict:
     """Prove a certificate again.
 
     Returns:
         Proved, or refuted: the evidence tells the step that fails.
     """
-    claim = f"the certificate of '{certificate.name}' is right"
+    boxes, claim = 0, f"the certificate of '{certificate.name}' is right"
     before = ctx.prec
     try:
         ctx.prec = BITS
-        reason = _Checker(certificate).reason()
+        if isinstance(certificate, SampledCertificate):
+            boxes, reason = len(certificate.boxes), Sampled(certificate).reason()
+        else:
+            boxes = (certificate.tree or certificate.splits).count(".")
+            reason = _Checker(certificate).reason()
     except NotRightError as error:
         reason = str(error)
     except (UlnaError, ValueError, ZeroDivisionError, OverflowError, IndexError) as error:
         reason = f"it cannot be read: {error}"
     finally:
         ctx.prec = before
-    boxes = (certificate.tree or certificate.splits).count(".")
     return Verdict.refuted(claim, reason=reason) if reason else Verdict.proved(claim, boxes=boxes)
 
 

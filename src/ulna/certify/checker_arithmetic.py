@@ -184,6 +184,8 @@ def dual(e: Any, known: dict[sp.Symbol, Dual], shared: dict[sp.Expr, Dual]) -> D
     elif e.is_Pow and e.base is sp.E:
         inner = dual(e.exp, known, shared)
         found = chained(inner, inner.value.exp(), inner.value.exp())
+    elif e.func in (sp.Min, sp.Max):
+        found = dual_of_choice([dual(a, known, shared) for a in e.args], smaller=e.func is sp.Min)
     else:
         found = dual_of_function(e, known, shared)
     shared[e] = found
@@ -216,6 +218,20 @@ def dual_of_function(e: Any, known: dict[sp.Symbol, Dual], shared: dict[sp.Expr,
         raise NotRightError(f"{name} is not a function that is known here")
     inner = dual(e.args[0], known, shared)
     return chained(inner, *_FUNCTIONS[name](inner.value))
+
+
+def dual_of_choice(given: list[Dual], *, smaller: bool) -> Dual:
+    """The smallest or largest of some values; where it is open which, its slope is any of theirs."""
+    found = given[0]
+    for each in given[1:]:
+        if found.value < each.value or each.value < found.value:
+            found = found if (found.value < each.value) == smaller else each
+            continue
+        value = found.value.min(each.value) if smaller else found.value.max(each.value)
+        width = max(len(found.slope), len(each.slope))
+        a, b = (row or [arb(0)] * width for row in (found.slope, each.slope))
+        found = Dual(value, [x.union(y) for x, y in zip(a, b, strict=True)])
+    return found
 
 
 def chained(inner: Dual, value: arb, slope: arb) -> Dual:

@@ -113,4 +113,21 @@ def _fraction(value: Any) -> sp.Rational:
     return number if isinstance(number, sp.Rational) else sp.Rational(str(float(number)))
 
 
-Claim = Region | StableWithin | GloballyStable | Over
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UltimateBound:
+    """On its processor every run that starts in a box about rest ends up, and stays, in a smaller box.
+
+    Args:
+        box: SI distance from rest, either side, of each state by name; the others start at rest. Left out: the same
+            multiple of the size of every state of the plant (its range, else 1), the largest that is found.
+    """
+
+    box: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name, size in self.box.items():
+            if not (0 <= size < math.inf):
+                raise CertifyError(f"the box of '{name}'", f"{size} is not a number from 0 on.")
+
+
+Claim = Region | StableWithin | GloballyStable | Over | UltimateBound

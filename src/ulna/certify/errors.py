@@ -7,3 +7,7 @@ from ulna.base import UlnaError
 
 class CertifyError(UlnaError):
     """A loop that no theorem here speaks of, a claim that cannot be read, a file that is no certificate."""
+
+
+class ChangedError(CertifyError):
+    """A certificate's file that is not as it was written."""

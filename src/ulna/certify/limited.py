@@ -71,8 +71,8 @@ def limited_loop(loop: Loop, inputs: Mapping[str, Any], kept: Sequence[str] = ()
     if loop.sampled:
         raise CertifyError(
             f"a proof for the loop of '{loop.plant.name}'",
-            "it runs on a processor, for which there is no theorem here yet.",
-            "Leave the period out: the proof is then about the continuous loop within its limits.",
+            "it runs on a processor, and the claim is about a continuous loop.",
+            "Claim UltimateBound(), or leave the period out.",
         )
     if loop.hardware is not None and loop.hardware.end_stops:
         raise CertifyError(f"a proof for the loop of '{loop.plant.name}'", "it has end stops.", "Leave them out.")
@@ -149,7 +149,7 @@ def _opened(
     if any(e.has(*commands) for e in commands.values()):
         raise CertifyError(f"a proof for '{system.name}'", "one limited signal hangs on another one.")
     raw = tuple(e.xreplace(held) for e in system.rates)
-    _check_smooth(system.name, (*raw, *(formula for _, formula in wires)))
+    check_smooth(system.name, (*raw, *(formula for _, formula in wires)))
     by_name = {shown[name]: limit for name, limit in limits.items()}
     return Limited(
         name=system.name,
@@ -170,7 +170,12 @@ def _bound(limit: float) -> sp.Expr:
     return exact(limit) if math.isfinite(limit) else sp.Integer(10) ** 300 * (1 if limit > 0 else -1)
 
 
-def _check_smooth(name: str, expressions: tuple[sp.Expr, ...]) -> None:
+def check_smooth(name: str, expressions: tuple[sp.Expr, ...]) -> None:
+    """Refuse formulas with kinks, jumps or powers that vary.
+
+    Raises:
+        CertifyError: naming the first of them.
+    """
     for expression in expressions:
         for node in sp.preorder_traversal(expression):
             if isinstance(node, sp.Function) and not isinstance(node, SMOOTH):

@@ -16,7 +16,7 @@ from ulna.certify.box import comes_back, inside
 from ulna.certify.cascade import NotByThisTheoremError, cascade, worded
 from ulna.certify.certificate import CASCADE, THEOREM
 from ulna.certify.certificate_of import certificate_of
-from ulna.certify.claims import Claim, GloballyStable, Over, Region, StableWithin
+from ulna.certify.claims import Claim, GloballyStable, Over, Region, StableWithin, UltimateBound
 from ulna.certify.errors import CertifyError
 from ulna.certify.form import Form, form_of, in_states, moved, start_of
 from ulna.certify.limited import Limited, limited_loop
@@ -24,6 +24,7 @@ from ulna.certify.metrics import Candidate, candidates
 from ulna.certify.over import prove_over
 from ulna.certify.region import Attempt, attempt
 from ulna.certify.rest import Rest, holding, linear_answer, rest
+from ulna.certify.ultimate import prove_ultimate
 from ulna.loop import Loop
 
 PATIENCE = 20.0
@@ -70,6 +71,8 @@ def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, 
     """
     if isinstance(claim, Over):
         return prove_over(loop, claim, inputs or {}, seconds)
+    if isinstance(claim, UltimateBound):
+        return prove_ultimate(loop, claim, inputs or {})
     limited = limited_loop(loop, inputs or {})
     _check_names(limited, claim)
     form = form_of(loop, limited)

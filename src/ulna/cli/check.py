@@ -19,12 +19,16 @@ def check(
 
     The exit status is 1 where the certificate is not right.
     """
+    from ulna.base import Verdict
+    from ulna.certify import ChangedError, read_certificate
     from ulna.certify import check as checked
-    from ulna.certify import read_certificate
 
-    certificate = read_certificate(file)
-    with progress(f"checking '{certificate.name}'"):
-        verdict = checked(certificate)
+    try:
+        certificate = read_certificate(file)
+        with progress(f"checking '{certificate.name}'"):
+            verdict = checked(certificate)
+    except ChangedError as error:
+        verdict = Verdict.refuted(f"'{file}' is a certificate that is right", reason=str(error))
     if as_json:
         print_json({"right": verdict.holds, "claim": verdict.claim, **verdict.evidence})
     else:

@@ -40,7 +40,7 @@ def prove(
         typer.Option(
             metavar="NAME=SIZE",
             help="Runs that start so near the equilibrium, either side, converge: 'theta=90deg, omega=5'. Left out: "
-            "the largest ellipsoid that is found.",
+            "the largest ellipsoid that is found; with --period the largest box.",
         ),
     ] = None,
     everywhere: Annotated[
@@ -68,20 +68,22 @@ def prove(
     design: DesignOptions,
     hardware: HardwareOptions,
 ) -> None:
-    """Prove that a continuous loop within its limits (--limit) converges, or show why not.
+    """Prove that a loop within its limits (--limit) converges, or show why not.
 
-    The exit status is 0 for any verdict.
+    On a processor (--period, --delay, --encoder) its runs end up and stay in a box whose size follows from the steps of
+    the encoder. The exit status is 0 for any verdict.
     """
     from ulna.certify import prove as proved
 
-    if hardware.sampled:
-        found = "there is no theorem here yet for a loop on a processor."
-        raise SimulationError("--period", found, "Leave it out: the proof is about the continuous loop.")
     if out is not None and not out.absolute().parent.is_dir():
         raise SimulationError(f"--out '{out}'", "its folder does not exist.", "Make it first.")
     given = [name for name, value in (("--global", everywhere), ("--within", within), ("--over", over)) if value]
     if len(given) > 1:
         raise SimulationError(" with ".join(given), f"these are {len(given)} claims.", "Give one of them.")
+    if hardware.sampled and (everywhere or over or plot is not None):
+        asked = "--plot" if plot is not None else given[0]
+        found = "of a loop on a processor what is proved is a box in which its runs end."
+        raise SimulationError(f"{asked} with --period", found, "Leave one of both out.")
     if plot is not None and (everywhere or over):
         found = f"{given[0]} has no region to draw."
         raise SimulationError("--plot", found, "Leave --plot out, or ask for --within or for nothing.")
@@ -124,18 +126,18 @@ def _plot(verdict: Verdict, loop: Loop, plane: str | None, path: Path) -> None:
 
 
 def _claim(loop: Loop, within: list[str], *, everywhere: bool) -> Claim:
-    from ulna.certify import GloballyStable, Region, StableWithin
+    from ulna.certify import GloballyStable, Region, StableWithin, UltimateBound
 
     if everywhere:
         return GloballyStable()
     if not within:
-        return Region()
+        return UltimateBound() if loop.sampled else Region()
     units = {s.name: unit_in(loop.plant, s) for s in loop.plant.states}
     box = {
         name: float(quantity(value.lstrip("±+ "), asked, unit=units.get(name)))
         for name, value, asked in named_values(within, "--within")
     }
-    return StableWithin(box=box)
+    return UltimateBound(box=box) if loop.sampled else StableWithin(box=box)
 
 
 def _ranges(system: System, over: list[str]) -> Iterator[tuple[str, str, str]]:

@@ -48,7 +48,7 @@ def report(
 
     require_folder(out)
     if prove and hardware.sampled:
-        found = "there is no theorem here yet for a loop on a processor."
+        found = "the page shows the region of a continuous loop."
         raise SimulationError("--prove with --period", found, "Leave one of them out.")
     system = plant_in_file(plant)
     plain = replace(hardware, arithmetic=Arithmetic.plain) if hardware.sampled and not hardware.arithmetic else hardware
