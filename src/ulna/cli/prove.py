@@ -78,17 +78,7 @@ def prove(
     if out is not None and not out.absolute().parent.is_dir():
         raise SimulationError(f"--out '{out}'", "its folder does not exist.", "Make it first.")
     given = [name for name, value in (("--global", everywhere), ("--within", within), ("--over", over)) if value]
-    if len(given) > 1:
-        raise SimulationError(" with ".join(given), f"these are {len(given)} claims.", "Give one of them.")
-    if hardware.sampled and (everywhere or over or plot is not None):
-        asked = "--plot" if plot is not None else given[0]
-        found = "of a loop on a processor what is proved is a box in which its runs end."
-        raise SimulationError(f"{asked} with --period", found, "Leave one of both out.")
-    if plot is not None and (everywhere or over):
-        found = f"{given[0]} has no region to draw."
-        raise SimulationError("--plot", found, "Leave --plot out, or ask for --within or for nothing.")
-    if plane is not None and plot is None:
-        raise SimulationError("--plane", "it belongs to a figure, and none is asked for.", "Add --plot region.png.")
+    _check_together(given, plot, plane, sampled=hardware.sampled)
     system = plant_in_file(plant)
     ranges = list(_ranges(system, over or []))
     with progress(f"designing for '{system.name}'"):
@@ -114,6 +104,21 @@ def prove(
             typer.echo(f"certificate: {out}" if certificate is not None else "no certificate: nothing was proved")
         if plot is not None:
             typer.echo(f"figure: {plot}" if certificate is not None else "no figure: nothing was proved")
+
+
+def _check_together(given: list[str], plot: Path | None, plane: str | None, *, sampled: bool) -> None:
+    """Refuse options that do not go together; given are those of the claim."""
+    if len(given) > 1:
+        raise SimulationError(" with ".join(given), f"these are {len(given)} claims.", "Give one of them.")
+    if sampled and ({"--global", "--over"} & {*given} or plot is not None):
+        asked = "--plot" if plot is not None else given[0]
+        found = "of a loop on a processor what is proved is a box in which its runs end."
+        raise SimulationError(f"{asked} with --period", found, "Leave one of both out.")
+    if plot is not None and {"--global", "--over"} & {*given}:
+        found = f"{given[0]} has no region to draw."
+        raise SimulationError("--plot", found, "Leave --plot out, or ask for --within or for nothing.")
+    if plane is not None and plot is None:
+        raise SimulationError("--plane", "it belongs to a figure, and none is asked for.", "Add --plot region.png.")
 
 
 def _plot(verdict: Verdict, loop: Loop, plane: str | None, path: Path) -> None:
