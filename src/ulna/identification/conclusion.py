@@ -98,6 +98,9 @@ def _estimate(
         return replace(found, low=free.lower, high=free.upper, std=math.inf, known=False, reason=_at_bound(value))
     if std <= DOUBTFUL * size:
         return found
+    if NORMAL * std > USELESS * size:
+        reason = f"the records do not tell it: its standard error would be {100 * std / size:.3g} % of the value"
+        return replace(found, std=math.inf, low=-math.inf, high=math.inf, known=False, reason=reason)
     ends = profile(problem, solution, k, std / free.scale, max(float(sure.inflation[k]), 1e-3), loss)
     low, high = (end * free.scale for end in ends)
     if not (math.isfinite(low) and math.isfinite(high)) or max(value - low, high - value) > USELESS * size:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ulna.identification.prior import Prior
 from ulna.identification.recorded_experiment import Experiment
-from ulna.identification.response import Response, Sensitivities
+from ulna.identification.response import Response, Sensitivities, response_of
 from ulna.system import System
 
 BOND = 1e5
@@ -100,7 +100,7 @@ class Problem:
         names = tuple(s.name for s in system.states)
         loose = tuple(n for n in names if n not in self.initial or segments > 1)
         followed = tuple(name for each in self.free for name in (each.name, *each.followers))
-        self.response = response or Response(system, (*followed, *loose))
+        self.response = response or response_of(system, (*followed, *loose))
         self.pieces = self._pieces(names, segments)
         last = self.pieces[-1]
         self.size = last.first + len(last.states)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -85,6 +85,12 @@ def sensitivities(
     at = np.asarray(times, dtype=float)
     given = {name: as_input(name, each, at) for name, each in (inputs or {}).items()}
     return response(initial, at, given, parameters or {})
+
+
+@lru_cache(maxsize=16)
+def response_of(system: System, along: tuple[str, ...]) -> Response:
+    """The same for the same question: fits of many logs compile once."""
+    return Response(system, along)
 
 
 class Response:

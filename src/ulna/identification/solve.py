@@ -167,9 +167,22 @@ def compressed(rows: Rows, loss: Robust | None, moving: np.ndarray) -> np.ndarra
         beyond = size > limit
         slopes = slopes * np.where(beyond, limit / np.where(beyond, bent, 1.0), 1.0)[:, None]
         residual = np.where(beyond, np.sign(residual) * bent, residual)
-    whole = np.concatenate([slopes, residual[:, None]], axis=1)
-    found = np.asarray(np.linalg.qr(whole, mode="r"))
-    return found if len(found) == count else np.concatenate([found, np.zeros((count - len(found), count))])
+    return triangle(np.concatenate([slopes, residual[:, None]], axis=1))
+
+
+def triangle(rows: np.ndarray) -> np.ndarray:
+    """(q, q) R of Q R = (N, q) rows, rows of zeros below where N < q.
+
+    Block by block: on a matrix so tall and narrow the library's threads cost a hundred times what they bring.
+    """
+    count, width = rows.shape
+    block = max(128, 4 * width)
+    if count > 2 * block:
+        cut = count // block * block
+        reduced = np.linalg.qr(rows[:cut].reshape(-1, block, width), mode="r")
+        reduced = np.asarray(np.linalg.qr(rows[:cut].reshape(-1, block, width), mode="r"))
+    found = np.asarray(np.linalg.qr(rows, mode="r"))
+    return found if count >= width else np.concatenate([found, np.zeros((width - count, width))])
 
 
 def begun(problem: Problem, how: GlobalStart | None, loss: Robust | None) -> np.ndarray:
@@ -206,12 +219,18 @@ def weights(residual: np.ndarray, loss: Robust | None) -> np.ndarray:
 
 def no_value(problem: Problem) -> IdentificationError:
     """That the model has no value at the start."""
-    values = ", ".join(f"{each.name} = {each.start:g}" for each in problem.free)
+    own = {p.name: float(v) for p in problem.system.parameters if (v := p.si_value) is not None}
+    turned = [each.name for each in problem.free if own.get(each.name, 0.0) * each.start < 0.0]
+    values = ", ".join(
+        f"{each.name} = {each.start:g}{f' (the plant has {own[each.name]:g})' if each.name in turned else ''}"
+        for each in problem.free
+    )
+    sign = f"Is the sign of {', '.join(turned)} right? " if turned else ""
     return IdentificationError(
         f"identification of '{problem.system.name}'",
-        f"the motion blows up or has no value for the parameters that it begins at ({values}).",
-        "Begin nearer: priors={…}, or initial={…}; for an unstable plant shooting=MultipleShooting(), for a rough "
-        "idea of the parameters start=GlobalStart().",
+        f"the motion blows up or has no value for the parameters that it begins at: {values}.",
+        f"{sign}Begin nearer: priors={{…}}, or initial={{…}}; for an unstable plant shooting=MultipleShooting(), for a "
+        "rough idea of the parameters start=GlobalStart().",
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ulna.identification.noise import long_run
 from ulna.identification.problem import Problem
-from ulna.identification.solve import Robust, Solution, solved
+from ulna.identification.solve import Robust, Solution, solved, triangle
 
 BLIND = 1e-9
 """A direction in which the residual changes by less than this beside the others is told by nothing."""
@@ -52,16 +52,13 @@ def uncertainty(problem: Problem, solution: Solution, *, told: bool) -> Uncertai
     norms = np.linalg.norm(weighed, axis=0)
     seen = norms > 0.0
     norms = np.where(seen, norms, 1.0)
-    triangle = np.zeros((size, size))
-    reduced = np.linalg.qr(weighed / norms, mode="r")
-    triangle[: len(reduced)] = reduced
-    _, values, right = np.linalg.svd(triangle)
+    _, values, right = np.linalg.svd(triangle(weighed / norms))
     largest = values[0] if len(values) else 1.0
     good = values > BLIND * largest
-    inverse = (right[good].T / values[good] ** 2) @ right[good]
-    meat = _score(problem, solution, norms, told=told)
-    covariance = inverse @ meat @ inverse
-    inflation = np.diag(covariance) / np.maximum(np.diag(inverse), 1e-300)
+    # By directions in which the slopes are of length one: H⁻¹ = B Bᵀ, and nothing is lost where the condition is bad.
+    basis = right[good].T / values[good]
+    covariance = basis @ _score(problem, solution, basis / norms[:, None], told=told) @ basis.T
+    inflation = np.diag(covariance) / np.maximum((basis**2).sum(axis=1), 1e-300)
     covariance /= np.outer(norms, norms)
     blind = right[~good] / norms
     blind = blind / np.linalg.norm(blind, axis=1, keepdims=True) if len(blind) else blind
@@ -72,9 +69,10 @@ def uncertainty(problem: Problem, solution: Solution, *, told: bool) -> Uncertai
     return Uncertainty(covariance=covariance, inflation=inflation, condition=condition, blind=blind)
 
 
-def _score(problem: Problem, solution: Solution, norms: np.ndarray, *, told: bool) -> np.ndarray:
-    """(Q, Q) variance of Σ slope·residual, columns divided by their sizes."""
+def _score(problem: Problem, solution: Solution, basis: np.ndarray, *, told: bool) -> np.ndarray:
+    """(r, r) variance of Σ slope·residual, slopes along the (Q, r) directions of a basis."""
     rows, channels = solution.rows, problem.system.outputs
+    along = rows.slopes @ basis
     masks = [np.isfinite(run.measured) for run in problem.runs]
     slopes: list[list[np.ndarray]] = [[] for _ in channels]
     residuals: list[list[np.ndarray]] = [[] for _ in channels]
@@ -87,11 +85,11 @@ def _score(problem: Problem, solution: Solution, norms: np.ndarray, *, told: boo
         counted = solution.weights[part]
         for channel in range(len(channels)):
             mine = which == channel
-            slopes[channel].append((rows.slopes[part] / norms)[mine])
+            slopes[channel].append(along[part][mine])
             residuals[channel].append((rows.residual[part] * counted)[mine])
         at += count
     loose = problem.size / max(1, rows.measured)
-    meat = np.zeros((problem.size, problem.size))
+    meat = np.zeros((basis.shape[1], basis.shape[1]))
     for each, error in zip(slopes, residuals, strict=True):
         joined = [each], [error]
         if len(problem.pieces) > len(problem.runs):
@@ -101,7 +99,7 @@ def _score(problem: Problem, solution: Solution, norms: np.ndarray, *, told: boo
         if told and variance < 1.0:
             channel = sum(e.T @ e for e in each)
         meat += channel
-    priors = rows.slopes[len(rows.residual) - _priors(problem) :] / norms
+    priors = along[len(rows.residual) - _priors(problem) :]
     return meat + priors.T @ priors
 
 

@@ -103,6 +103,7 @@ class TaylorSteps:
         from ulna.program.lowering.heyoka import to_heyoka
 
         self._reached = hy.taylor_outcome.time_limit
+        self._clocked = any(motion.ramps)
         self._before = to_python(split.before)
         self._names, self._needed = (*motion.parameters, *motion.scales), split.before.inputs
         self._kinked = bool(with_modes(motion.kernel).guards)
@@ -143,28 +144,41 @@ class TaylorSteps:
         return rows
 
     def _propagated(self, rows: np.ndarray, times: np.ndarray, edges: np.ndarray, values: np.ndarray) -> None:
-        integrator, reached, width = self._integrator, self._reached, self._width
+        integrator, width = self._integrator, self._width
         state, pars = integrator.state, integrator.pars
         first = np.searchsorted(times, edges[:-1], side="right").tolist()
         last = np.searchsorted(times, edges[1:], side="left").tolist()
         asked = (times[np.minimum(last, len(times) - 1)] == edges[1:]).tolist()
-        longest = np.diff(times).min() / KINKED if self._kinked else np.inf
-        for k, end in enumerate(edges[1:].tolist()):
-            if width:
-                pars[:width] = values[k]
-            inside = slice(first[k], last[k])
-            if inside.start < inside.stop:
-                grid = np.concatenate(([integrator.time], times[inside], [end]))
+        longest = float(np.diff(times).min()) / KINKED if self._kinked else np.inf
+        begun, lengths, drive = edges.tolist(), np.diff(edges).tolist(), values.tolist()
+        step, places, clocked = integrator.step, range(width), self._clocked
+        for k, length in enumerate(lengths):
+            for place in places:
+                pars[place] = drive[k][place]
+            if clocked or first[k] < last[k]:
+                integrator.time = begun[k]
+            if first[k] < last[k]:
+                grid = np.concatenate(([begun[k]], times[first[k] : last[k]], [begun[k + 1]]))
                 code, *_, found = integrator.propagate_grid(grid, max_steps=MOST_STEPS, max_delta_t=longest)
-                if code != reached:
-                    ahead = found[1 : 1 + inside.stop - inside.start]  # none where the first step failed
-                    rows[inside.start : inside.start + len(ahead)] = ahead
+                if code != self._reached:
+                    ahead = found[1 : 1 + last[k] - first[k]]  # none where the first step failed
+                    rows[first[k] : first[k] + len(ahead)] = ahead
                     return
-                rows[inside] = found[1:-1]
-            elif integrator.propagate_until(end, max_steps=MOST_STEPS, max_delta_t=longest)[0] != reached:
-                return
+                rows[first[k] : last[k]] = found[1:-1]
+            else:
+                # One step mostly: asked for by itself it costs half of what a propagation to the end does.
+                done = step(length)[1] if length <= longest else 0.0
+                if done != length and not self._gone_on(length - done, longest):
+                    return
             if asked[k]:
                 rows[last[k]] = state
+
+    def _gone_on(self, left: float, longest: float) -> bool:
+        """Whether further steps lead over the rest of a stretch; the rest is NaN after a step without value."""
+        if not left > 0.0:
+            return False
+        going = self._integrator.propagate_for(left, max_steps=MOST_STEPS, max_delta_t=longest)
+        return going[0] == self._reached
 
 
 class DifferenceSteps:
