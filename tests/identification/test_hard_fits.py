@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from ulna.identification import Fit, GlobalStart, IdentificationError, MultipleShooting, Record, Robust, identify
+from ulna.loop import Loop
+from ulna.plants import arm_with_drive, preset
 from ulna.sim import Held, simulate
+from ulna.studies.prosthesis.load_robust_designs import load_robust_design
 from ulna.system import System, system_from_mapping
 
 
@@ -104,3 +107,19 @@ def test_a_start_of_the_wrong_sign_is_said() -> None:
     record = Record(times=np.linspace(0, 5, 50), columns={"y": np.linspace(1, 0, 50), "u": np.zeros(50)})
     with pytest.raises(IdentificationError, match=r"m = -0.001 \(the plant has 0.001\)"):
         identify(plant, record, free="m", priors={"m": (-0.001, 0.0001)})
+
+
+def test_the_log_of_a_closed_loop_is_fitted_with_the_controller_that_ran() -> None:
+    arm, times = preset("paper"), 4e-3 * np.arange(800)
+    design, random = load_robust_design(arm), np.random.default_rng(1)
+    plant = arm_with_drive(arm)
+    wish = np.pi / 2 + np.repeat(random.uniform(-0.6, 0.6, 8), 100)
+    start = dict.fromkeys((s.name for s in Loop(plant=plant, controller=design).system.states), 0.0)
+    drive = {"y_ref": Held(times=times, values=wish)}
+    run = simulate(Loop(plant=plant, controller=design), start | {"theta": np.pi / 2}, times, inputs=drive)
+    record = Record(times=times, columns={"y": run["y"] + 1e-4 * random.normal(size=800), "y_ref": wish})
+    believed = Loop(plant=plant.with_parameters({"m2": 4, "Ra": 1.15}), controller=design)
+    fit = identify(believed, record, free="m2, Ra", outputs=["y"])
+    assert fit.adequate
+    assert _off(fit, m2=5.0, Ra=1.0) < 4
+    assert max(fit["m2"].std / 5, fit["Ra"].std) < 0.01

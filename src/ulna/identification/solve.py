@@ -179,7 +179,6 @@ def triangle(rows: np.ndarray) -> np.ndarray:
     block = max(128, 4 * width)
     if count > 2 * block:
         cut = count // block * block
-        reduced = np.linalg.qr(rows[:cut].reshape(-1, block, width), mode="r")
         reduced = np.asarray(np.linalg.qr(rows[:cut].reshape(-1, block, width), mode="r"))
     found = np.asarray(np.linalg.qr(rows, mode="r"))
     return found if count >= width else np.concatenate([found, np.zeros((width - count, width))])
