@@ -106,6 +106,7 @@ def test_other_values_are_designed_for():
 def test_a_written_filter_tells_where_its_covariance_starts(tmp_path):
     out = tmp_path / "filter.toml"
     made("magnetic_levitation", "--kalman", "1,1,1:0.01", "--out", str(out))
+    assert out.read_text().startswith("# Written by `ulna design magnetic_levitation`. Read it with: ulna simulate")
     point = {name: float(value) for name, value in read_system(out).operating_point}
     assert (point["x_hat"], point["i_hat"], point["cov_x_x"], point["cov_x_i"]) == (0.01, 1.0, 1.0, 0.0)
 

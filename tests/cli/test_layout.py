@@ -9,7 +9,7 @@ import sympy as sp
 
 from ulna.cli.layout import broken, say, shown
 from ulna.plants import model
-from ulna.symbolic.formulas import decimal_text, formula, parse_formula
+from ulna.symbolic.formulas import decimal_text, exact_text, formula, parse_formula
 
 NAMES = re.compile(r"[A-Za-z_]\w*|\d+(?:\.\d+)?(?:e[+-]\d+)?")
 
@@ -82,6 +82,31 @@ def test_a_formula_in_decimals_has_the_same_values(plant):
     for rate in system.inline(system.rates):
         again = parse_formula(decimal_text(rate, 12), names)
         assert float(again.subs(point)) == pytest.approx(float(rate.subs(point)), rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("expression", "text"),
+    [
+        (R(441, 250) * X - Y / 3, "1.764*x - y/3"),
+        (R(-7, 4) / (X * Y), "-1.75/(x*y)"),
+        (R(1, 2) * sp.sqrt(2) * sp.sin(X / 4), "0.5*sqrt(2)*sin(0.25*x)"),
+        ((50 * X - 441 * Y) / 250, "0.2*x - 1.764*y"),
+        (X ** R(-3, 2), "x**(-3/2)"),
+        (R(54072450001, 5000000000), "10.8144900002"),
+        (X / 3**40, "x/12157665459056928801"),
+    ],
+)
+def test_a_fraction_is_written_as_a_decimal_where_it_is_a_short_one(expression, text):
+    assert exact_text(expression) == text
+    assert parse_formula(text, {"x": X, "y": Y}) == expression
+
+
+@pytest.mark.parametrize("plant", ["cart_pole", "cstr_exothermic", "pmsm_salient", "furuta_pendulum", "abs_brake"])
+def test_what_is_written_in_exact_decimals_is_read_back_exactly(plant):
+    system = model(plant).with_values()
+    names = {s.name: s for s in (*system.state_symbols, *system.input_symbols)}
+    for rate in system.inline(system.rates):
+        assert sp.simplify(parse_formula(exact_text(rate), names) - rate) == 0
 
 
 def test_vectors_and_mappings_are_one_text():

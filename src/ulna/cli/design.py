@@ -62,7 +62,11 @@ def design(
         made = designed(system if found is None else found.system, wanted)
     if out is not None:
         written = as_file(made)
-        write_system(written if found is None else found.undo(written), out)
+        comment = (
+            f"Written by `ulna design {plant.name}`. Read it with: ulna simulate {plant.name} --controller {out.name}\n"
+            "All numbers are exact: a fraction is written where no short decimal exists."
+        )
+        write_system(written if found is None else found.undo(written), out, comment=comment)
         kept(f"{out} is written")
     if plot is not None:
         _plot_poles(made, plot)

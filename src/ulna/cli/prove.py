@@ -14,8 +14,9 @@ from ulna.base import SimulationError, evidence_label
 from ulna.cli.asked_plan import POSTERIOR
 from ulna.cli.asked_plant import plant_in_file, require_in_range
 from ulna.cli.asked_run import run_of
+from ulna.cli.layout import broken, shown
 from ulna.cli.option_groups import with_groups
-from ulna.cli.options import AsJson, DesignOptions, HardwareOptions, PlantOptions, RunOptions
+from ulna.cli.options import AsJson, DesignOptions, Exact, HardwareOptions, PlantOptions, RunOptions
 from ulna.cli.terminal import print_json, progress
 from ulna.cli.typed_values import known_name, named_values, quantity, unit_in
 
@@ -63,6 +64,7 @@ def prove(
     plane: Annotated[
         str | None, typer.Option(metavar="STATE,STATE", help="With --plot: the two states; left out the first two.")
     ] = None,
+    exact: Exact = False,
     as_json: AsJson = False,
     *,
     design: DesignOptions,
@@ -99,11 +101,10 @@ def prove(
     if as_json:
         print_json({"status": verdict.status.value, "claim": verdict.claim, **_plain(verdict)})
     else:
-        _tell(verdict)
-        if out is not None:
-            typer.echo(f"certificate: {out}" if certificate is not None else "no certificate: nothing was proved")
-        if plot is not None:
-            typer.echo(f"figure: {plot}" if certificate is not None else "no figure: nothing was proved")
+        _tell(verdict, exact=exact)
+        for what, path in (("certificate", out), ("figure", plot)):
+            if path is not None:
+                typer.echo(f"{what}: {path}" if certificate is not None else f"no {what}: nothing was proved")
 
 
 def _check_together(given: list[str], plot: Path | None, plane: str | None, *, sampled: bool) -> None:
@@ -202,16 +203,12 @@ def _plain(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _tell(verdict: Verdict) -> None:
+def _tell(verdict: Verdict, *, exact: bool) -> None:
     typer.echo(str(verdict))
     for name, value in _plain(verdict).items():
-        shown = value
+        text = shown(value, exact=exact)
         if isinstance(value, dict):
-            shown = ", ".join(f"{k} {_number(v)}" for k, v in value.items())
-        typer.echo(f"  {evidence_label(name)}: {_number(shown)}")
-
-
-def _number(value: Any) -> str:
-    if isinstance(value, tuple):
-        return f"({', '.join(map(_number, value))})"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+            parts = {key: shown(part, exact=exact) for key, part in value.items()}
+            text = ", ".join(f"{key} ({part})" if "," in part else f"{key} {part}" for key, part in parts.items())
+        for line in broken(f"  {evidence_label(name)}: ", text):
+            typer.echo(line)

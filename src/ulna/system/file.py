@@ -44,8 +44,10 @@ def read_system(path: str | os.PathLike[str]) -> System:
     return system_from_mapping(data, where=str(place))
 
 
-def write_system(system: SystemLike, path: str | os.PathLike[str]) -> None:
+def write_system(system: SystemLike, path: str | os.PathLike[str], *, comment: str = "") -> None:
     """Write a plant file that reads back to the same system; the file appears whole or not at all.
+
+    Numbers are exact: decimals, and fractions only where no short decimal is. JSON has no place for a comment.
 
     Examples:
         >>> ulna.write_system(ulna.model("duffing"), "duffing.toml")
@@ -54,7 +56,7 @@ def write_system(system: SystemLike, path: str | os.PathLike[str]) -> None:
     """
     place = Path(path)
     data = system_to_mapping(system)
-    text = json.dumps(data, indent=2) + "\n" if place.suffix == ".json" else _toml_text(data)
+    text = json.dumps(data, indent=2) + "\n" if place.suffix == ".json" else _commented(comment) + _toml_text(data)
     try:
         with whole_file(place) as file:
             file.write(text.encode())
@@ -76,6 +78,10 @@ def _read(text: str, place: Path) -> Any:
             'Names with other letters than A to Z stand in quotes: "θ" = …' if shown and not lines[0].isascii() else ""
         )
         raise PlantError(asked, f"it is not valid {kind}: {str(error).partition(';')[0]}.{shown}", hint) from None
+
+
+def _commented(text: str) -> str:
+    return "".join(f"# {line}\n" for line in text.splitlines())
 
 
 def _toml_text(data: Mapping[str, Any]) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import PlantError, UnitError, unit
-from ulna.symbolic.formulas import exact, formula, parse_formula
+from ulna.symbolic.formulas import exact, exact_text, parse_formula
 from ulna.system.dimensions import check_dimensions
 from ulna.system.holder import SystemLike, as_system
 from ulna.system.picture import picture_of, picture_to_mapping
@@ -116,15 +116,15 @@ def system_to_mapping(system: SystemLike) -> dict[str, Any]:
         },
         "correlation": _correlation_rows(system),
         "definitions": {
-            d.name: {"zero": formula(d.expression)} | _some(unit=d.unit) if d.implicit else formula(d.expression)
+            d.name: {"zero": exact_text(d.expression)} | _some(unit=d.unit) if d.implicit else exact_text(d.expression)
             for d in system.definitions
         },
         "states": {
-            s.name: _entry(s) | {"equation": formula(r)} for s, r in zip(system.states, system.rates, strict=True)
+            s.name: _entry(s) | {"equation": exact_text(r)} for s, r in zip(system.states, system.rates, strict=True)
         },
         "inputs": {s.name: _entry(s) for s in system.inputs},
         "outputs": {
-            s.name: _entry(s) | {"equation": formula(r)} | {use: False for use in _USES if not getattr(s, use)}
+            s.name: _entry(s) | {"equation": exact_text(r)} | {use: False for use in _USES if not getattr(s, use)}
             for s, r in zip(system.outputs, system.readouts, strict=True)
         },
         "operating_point": {name: _text(value) for name, value in system.operating_point},
@@ -378,4 +378,4 @@ def _text(value: sp.Expr | None) -> Any:
         return ""
     if value.is_Integer:
         return int(value)
-    return float(value) if value.is_Rational and exact(float(value)) == value else formula(value)
+    return float(value) if value.is_Rational and exact(float(value)) == value else exact_text(value)

@@ -1,6 +1,6 @@
 """Formulas as text: parsing without running anything, printing for people, LaTeX."""
 
-from ulna.symbolic.formulas.decimals import DIGITS, decimal_text
+from ulna.symbolic.formulas.decimals import DIGITS, decimal_text, exact_text
 from ulna.symbolic.formulas.latex import (
     display_html,
     equation_latex,
@@ -23,6 +23,7 @@ __all__ = [
     "equation_latex",
     "equations_latex",
     "exact",
+    "exact_text",
     "excerpt",
     "expression_latex",
     "formula",

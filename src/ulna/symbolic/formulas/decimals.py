@@ -1,14 +1,41 @@
-"""Formulas as people read them: numbers as decimals of a few digits, never as long fractions."""
+"""Formulas as people read them: numbers as decimals of a few digits, or as exact decimals where they are such."""
 
 from __future__ import annotations
 
+from decimal import Decimal
 from math import isfinite, log10
 
 import sympy as sp
+from sympy.printing.precedence import PRECEDENCE
 
 from ulna.symbolic.formulas.text import FormulaPrinter
 
 DIGITS = 6
+
+
+_LONGEST = 15
+"""Digits of a decimal that is written in place of its fraction."""
+
+
+class _ExactPrinter(FormulaPrinter):
+    """The formula language with every fraction that is a short decimal as that decimal: 441/250 as 1.764."""
+
+    def _print_Rational(self, expr: sp.Rational) -> str:
+        return _exact_decimal(expr) or super()._print_Rational(expr)
+
+    def _print_Mul(self, expr: sp.Expr) -> str:
+        coefficient, rest = expr.as_coeff_Mul()
+        number = _exact_decimal(abs(coefficient)) if coefficient.is_Rational else ""
+        if not number or rest.is_Add:  # (x + y)/250 says more than 0.004*(x + y)
+            return super()._print_Mul(expr)
+        text = self.parenthesize(rest, PRECEDENCE["Mul"], strict=True)
+        factors = f"{number}/{text[2:]}" if text.startswith("1/") else f"{number}*{text}"
+        return f"-{factors}" if coefficient.is_negative else factors
+
+    def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:
+        if expr.exp.is_Rational and not expr.exp.is_Integer and abs(expr.exp) != sp.Rational(1, 2):
+            return f"{self.parenthesize(expr.base, PRECEDENCE['Pow'])}**({expr.exp.p}/{expr.exp.q})"
+        return super()._print_Pow(expr, rational=rational)
 
 
 class _DecimalPrinter(FormulaPrinter):
@@ -18,6 +45,14 @@ class _DecimalPrinter(FormulaPrinter):
 
     def _print_Float(self, expr: sp.Float) -> str:
         return f"{float(expr):.{self.digits}g}"
+
+
+def exact_text(expression: sp.Expr) -> str:
+    """The expression as text that is read back exactly, fractions as decimals where they are short ones.
+
+    441*x/250 - y/3 is 1.764*x - y/3: for files that people read.
+    """
+    return _ExactPrinter().doprint(expression)
 
 
 def decimal_text(expression: sp.Expr, digits: int = DIGITS) -> str:
@@ -76,6 +111,14 @@ def _product(expression: sp.Mul, digits: int) -> sp.Expr:
 def _has_numbers(part: sp.Expr) -> bool:
     """Whether it is a sum with numbers before its terms."""
     return bool(part.is_Add) and any(abs(term.as_coeff_Mul()[0]) != 1 for term in part.args)
+
+
+def _exact_decimal(value: sp.Expr) -> str:
+    """The fraction as a decimal of a few digits, or nothing where it is none, or an integer."""
+    if not isinstance(value, sp.Rational) or value.is_Integer or max(abs(value.p), value.q) > 10**_LONGEST:
+        return ""
+    places = next((places for places in range(1, _LONGEST + 1) if 10**places % value.q == 0), 0)
+    return format(Decimal(int(value * 10**places)).scaleb(-places), "f") if places else ""
 
 
 def _number(value: sp.Expr, digits: int) -> sp.Expr:
