@@ -180,6 +180,7 @@ def triangle(rows: np.ndarray) -> np.ndarray:
     if count > 2 * block:
         cut = count // block * block
         reduced = np.asarray(np.linalg.qr(rows[:cut].reshape(-1, block, width), mode="r"))
+        return triangle(np.concatenate([reduced.reshape(-1, width), rows[cut:]]))
     found = np.asarray(np.linalg.qr(rows, mode="r"))
     return found if count >= width else np.concatenate([found, np.zeros((width - count, width))])
 
