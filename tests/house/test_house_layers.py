@@ -7,10 +7,12 @@ import re
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
+from source_imports import imports
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "ulna"
@@ -53,7 +55,7 @@ def _imports_of_the_top_package(text: str) -> list[int]:
     """The lines that import `ulna` itself; its version is the one thing that lives nowhere else."""
     return [
         node.lineno
-        for node in ast.walk(ast.parse(text))
+        for node in imports(text)
         if (isinstance(node, ast.Import) and any(alias.name == "ulna" for alias in node.names))
         or (
             isinstance(node, ast.ImportFrom)
@@ -140,6 +142,7 @@ SINGLE = ("ulna.program.lowering.",)
 """Whose files are fronts of their own, so that no other target's library is loaded."""
 
 
+@cache
 def _public(front: str) -> set[str] | None:
     """The names that a package's `__init__` brings in; None if there is no such package."""
     path = SOURCE.parent.joinpath(*front.split("."), "__init__.py")
@@ -154,10 +157,10 @@ def _public(front: str) -> set[str] | None:
 def _past_the_front(text: str, package: str) -> list[int]:
     """The lines that import a file of a package, or a name that its front does not offer."""
     lines = []
-    for node in ast.walk(ast.parse(text)):
+    for node in imports(text):
         if isinstance(node, ast.Import):
             wrong = any(alias.name.startswith(f"ulna.{package}.") for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and f"{node.module}.".startswith(f"ulna.{package}."):
+        elif f"{node.module}.".startswith(f"ulna.{package}."):
             public = _public(node.module or "")
             wrong = public is None or not {alias.name for alias in node.names} <= public
             wrong = wrong and not (node.module or "").startswith(SINGLE)

@@ -11,6 +11,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from source_imports import imports
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -49,10 +50,10 @@ def _required(requirements: list[str]) -> set[str]:
 def _imported(text: str) -> set[str]:
     """The top-level packages that a file imports, anywhere in it."""
     found: set[str] = set()
-    for node in ast.walk(ast.parse(text)):
+    for node in imports(text):
         if isinstance(node, ast.Import):
             found |= {alias.name.partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
+        elif node.module:
             found.add(node.module.partition(".")[0])
     return found - sys.stdlib_module_names - SUPPORT - {"ulna"}
 
