@@ -11,6 +11,8 @@ ANY_PYTHON := python3 python3.13 python3.12 python3.11
 # pyright asks on the network for a newer release unless told not to.
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# Empty means unset: each of the hundreds of processes that tests start would else compile the package anew.
+export PYTHONDONTWRITEBYTECODE :=
 
 # PYTHON=... overrides the choice; otherwise the first interpreter that is new enough.
 define make_venv

@@ -119,3 +119,9 @@ def test_linear_elimination_keeps_nothing_hidden():
     found = equilibria(plant({"x": "x*y - x", "y": "x - y**2"}, inputs={}), {"x": (-2, 2), "y": (-2, 2)})
     assert {(p.states[x], p.states[y]) for p in found} >= {(1, 1)}
     assert any(abs(p["x"]) < 1e-6 and abs(p["y"]) < 1e-3 for p in found)
+
+
+def test_nothing_is_reached_where_rates_die_out_at_infinity():
+    """The slip of a braked wheel dies out like 1/s: Newton's method would go on to 10³⁹."""
+    found = equilibria(model("abs_brake"), inputs={"u": 0.0}, seconds=0.2)
+    assert all(abs(value) < 1e16 for point in found for value in point.states.values())

@@ -18,6 +18,8 @@ _STARTS = 160
 _SEED = 7
 _SMALLEST, _LARGEST = -2.0, 5.0
 """Powers of ten between which the starts lie where there is no range."""
+_FARTHEST = 1e15
+"""Beyond it nothing is reached: rates that die out at infinity, like 1/x, look like zeros where their slope underflows."""
 _SAME = 1e-6
 _EDGE = 1e-9
 
@@ -47,7 +49,7 @@ def reached_points(
     with suppress(FormulaError):  # a function without a value in numbers
         first = _starts(start, [_sides(*sides) for sides in ranges])
         points = newton(lambda x: value(named(x)), lambda x: slope(named(x)), first).points
-    points = points[np.isfinite(points).all(axis=1)]
+    points = points[(np.abs(points) <= _FARTHEST).all(axis=1)]
     points = points[[all(map(inside, p, ranges)) for p in points.tolist()]] if len(points) else points
     points = points[np.argsort(np.abs(points - start).sum(axis=1), kind="stable")]
     kept: list[np.ndarray] = []

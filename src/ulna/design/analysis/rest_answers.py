@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from ulna.base import PlantError
 from ulna.design.analysis.answer import Answer, not_applicable
-from ulna.system import Equilibrium, System, equilibria, equilibrium, linearise
+from ulna.symbolic.compiling import batch_jacobian
+from ulna.system import System, equilibria, equilibrium
 
 _SECONDS = 1.5
 """s of search in boxes."""
@@ -30,22 +33,33 @@ def rest_points(system: System, within: Mapping[str, tuple[float, float]] | None
         at = {s.name: here[s.name] for s in system.states}
     except PlantError as error:
         return {key: not_applicable(key, str(error))}
-    nearest = sorted(found, key=lambda p: sum(abs(p[name] - value) for name, value in at.items()))
+    points = [{s.name: float(point.states[s.symbol]) for s in system.states} for point in found]
+    points.sort(key=lambda point: sum(abs(point[name] - value) for name, value in at.items()))
+    held = {s.name: float(value) for point in found.points[:1] for s, value in point.inputs.items()}
     evidence = {"within": dict(found.within), "inputs": inputs} | ({"free": found.free} if found.free else {})
     verdict = replace(found.complete, evidence={**found.complete.evidence, **evidence})
-    return {key: Answer(verdict=verdict, value=[_told(point) for point in nearest])}
+    return {key: Answer(verdict=verdict, value=_told(system.with_values(), points, held))}
 
 
-def _told(point: Equilibrium) -> dict[str, object]:
+def _told(system: System, points: list[dict[str, float]], held: Mapping[str, float]) -> list[dict[str, object]]:
     """States, poles as text and whether they tell stability; None where a pole is on the imaginary axis or none is."""
-    A = linearise(point).A.xreplace(point.system.values)
-    if not all(entry.is_number and entry.is_finite and entry.is_real for entry in A):
-        return {"states": point.numbers, "poles": None, "stable": None}
-    poles = linearise(point).eigenvalues
-    slowest = max(p.real for p in poles)
-    open_question = abs(slowest) <= _ZERO * max(1.0, *(abs(p) for p in poles))
-    stable = None if open_question else slowest < 0
-    return {"states": point.numbers, "poles": [_pole(p) for p in poles], "stable": stable}
+    if not points:
+        return []
+    # Compiled once: a plant may rest at hundreds of points.
+    symbols = (*system.state_symbols, *system.input_symbols)
+    jacobian = batch_jacobian("poles", system.inline(system.rates), system.state_symbols, symbols)
+    at = {name: np.array([point[name] for point in points]) for name in points[0]}
+    with np.errstate(all="ignore"):
+        matrices = jacobian(at | {name: np.array(value) for name, value in held.items()})
+    return [{"states": point} | _stability(A) for point, A in zip(points, matrices, strict=True)]
+
+
+def _stability(A: np.ndarray) -> dict[str, object]:
+    if not np.isfinite(A).all():
+        return {"poles": None, "stable": None}
+    poles = sorted(map(complex, np.linalg.eigvals(A)), key=lambda p: (-p.real, p.imag))
+    open_question = abs(poles[0].real) <= _ZERO * max(1.0, *(abs(p) for p in poles))
+    return {"poles": [_pole(p) for p in poles], "stable": None if open_question else poles[0].real < 0}
 
 
 def _pole(value: complex) -> str:
