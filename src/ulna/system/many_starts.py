@@ -19,7 +19,7 @@ _SEED = 7
 _SMALLEST, _LARGEST = -2.0, 5.0
 """Powers of ten between which the starts lie where there is no range."""
 _FARTHEST = 1e15
-"""Beyond it nothing is reached: rates that die out at infinity, like 1/x, look like zeros where their slope underflows."""
+"""Beyond it nothing is reached: rates that die out at infinity look like zeros where their slope underflows."""
 _SAME = 1e-6
 _EDGE = 1e-9
 
