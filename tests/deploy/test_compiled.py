@@ -12,8 +12,8 @@ from firmware_loops import CATALOGUE, arm_loops, catalogue_loop
 
 import ulna
 from ulna.base import SimulationError
-from ulna.deploy import Compiled, DeployError, c_project
-from ulna.loop import Guard, Jitter, Loop, MeasurementNoise, MissedSamples, SafeOutput
+from ulna.deploy import Compiled, DeployError, FixedPoint, c_project, fixed_firmware
+from ulna.loop import Deadline, Guard, Jitter, Loop, MeasurementNoise, MissedSamples, SafeOutput
 from ulna.sim import FixedSteps, Gpu, Paths, Trajectory
 from ulna.system import given_point
 
@@ -77,6 +77,29 @@ def test_single_precision_runs_beside_double(tmp_path: Path) -> None:
     found = ulna.simulate(loop, _start(loop), 1.0, engine=Compiled(tmp_path / "c"))
     assert np.array_equal(found["u_limited"], found["u_limited"].astype(np.float32))
     assert 0.0 < np.abs(found.states - expected.states).max() < 1e-3
+
+
+def test_integers_run_in_the_loop_as_python_computes_them(tmp_path: Path) -> None:
+    watched = arm_loops()["watched"]
+    assert watched.hardware is not None
+    late = Deadline(lateness=1.5e-4, reaction=SafeOutput(0.5))
+    hardware = replace(watched.hardware, clock=Jitter(width=2e-4), deadline=late)
+    loop = Loop(plant=watched.plant, controller=watched.controller, hardware=hardware)
+    fixed = FixedPoint(factor=16, ranges={"y": (-1.0, 4.0), "theta_hat": (-1.0, 4.0), "y_ref": (-1.0, 1.0)})
+    c_project(loop, tmp_path / "c", arithmetic=fixed)
+    start, inputs = _start(loop) | {"theta": 0.05}, {"y_ref": 0.1}
+    found = ulna.simulate(loop, start, 0.5, inputs=inputs, engine=Compiled(tmp_path / "c"))
+    made = fixed_firmware(loop, fixed)
+    assert [port.name for port in made.made.inputs] == ["y", "y_ref", "elapsed"]
+    elapsed = np.diff(found.times, prepend=found.times[0] - 1e-3)
+    reference = np.full(len(found.times), 0.1)
+    rows = np.column_stack([found["y_measured"], reference, elapsed])
+    alone = made.run(rows)
+    assert np.array_equal(found["fault"], alone[:, -1])
+    assert np.array_equal(found["u_limited"], alone[:, 0])
+    assert len(set(alone[:, -1])) > 1
+    expected = ulna.simulate(loop, start, 0.5, inputs=inputs)
+    assert 0.0 < np.abs(found["theta"] - expected["theta"]).max() < 1e-3
 
 
 def test_memory_begins_as_the_folder_says_unless_the_run_does(tmp_path: Path) -> None:

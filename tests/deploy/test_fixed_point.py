@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from compilers import GCC
 from firmware_loops import arm_loops, catalogue_loop
+from random_loops import random_loop
 
 from ulna.deploy import DeployError, FixedPoint, c_project, compare, fixed_firmware, verify
 from ulna.program import (
@@ -88,7 +89,9 @@ def test_counts_keep_all_their_bits_as_factors_of_sixteen() -> None:
     """A late call is counted in microseconds: 1150 of them are not 0."""
     made = fixed_firmware(arm_loops()["watched"], FixedPoint(factor=16))
     on_time, late = [0.0, 0.1, 1e-3, 0.0], [0.0, 0.1, 1.2e-3, 0.0]
-    assert made.run(np.array([on_time, on_time, late, on_time]))[:, -1].tolist() == [0, 0, 4, 0]
+    rows = np.array([on_time, on_time, late, on_time])
+    assert made.run(rows)[:, -1].tolist() == [0, 0, 4, 0]
+    assert [row[-1] for row in made.run_integers(made.integers(rows))] == [0, 0, 4, 0]  # bits, with no binary point
     assert made.difference["u"] < 0.01
     texts = [doubt.text for doubt in made.doubts]
     assert "((elapsed*1e-06) ≤ 0.00115)" in texts
@@ -173,6 +176,8 @@ def test_mistakes_are_one_clear_line(tmp_path: Path) -> None:
         fixed_firmware(loop, FixedPoint(ranges={"alpha": (0.0, 1.0)}))
     with pytest.raises(UnboundedError, match="in fixed point"):
         fixed_firmware(catalogue_loop("tank_cascade"), FixedPoint(ranges={"h1": (-1.0, 1.0)}))
+    with pytest.raises(DeployError, match="the range of '.*' in fixed point: none is stated, and the rehearsed run"):
+        fixed_firmware(random_loop(101), FixedPoint())
     with pytest.raises(DeployError, match="both say what numbers are"):
         c_project(loop, tmp_path / "c", precision="float", arithmetic=FixedPoint())
     assert not list(tmp_path.iterdir())

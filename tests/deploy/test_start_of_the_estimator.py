@@ -8,7 +8,7 @@ import pytest
 from compilers import GCC
 
 import ulna
-from ulna.deploy import c_project, compare
+from ulna.deploy import c_project, compare, controllers_part
 from ulna.loop import Hardware, Loop, Saturation
 from ulna.program import Plain
 from ulna.system import system_from_mapping
@@ -31,3 +31,8 @@ def test_the_first_samples_are_those_of_the_simulation(tmp_path: Path) -> None:
     made = c_project(loop, tmp_path / "c")
     assert any(made.firmware.initial.values())
     assert compare(tmp_path / "c", loop, samples=50, initial={"theta": 0.5}).equal
+    # A run that begins with an estimate is that of a folder which was written to begin with it.
+    start = {"theta": 0.5, "theta_hat": 0.4, "omega_hat": -0.1}
+    assert not compare(tmp_path / "c", loop, samples=50, initial=start).equal
+    c_project(loop, tmp_path / "told", initial=controllers_part(loop, start))
+    assert compare(tmp_path / "told", loop, samples=50, initial=start).equal

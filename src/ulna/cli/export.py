@@ -90,7 +90,7 @@ def export_c(
 
     The exit status is 1 where the comparison finds a difference, or the folder is of another design.
     """
-    from ulna.deploy import c_project
+    from ulna.deploy import c_project, controllers_part
     from ulna.deploy import compare as compare_with
     from ulna.deploy import verify as verified
 
@@ -106,8 +106,7 @@ def export_c(
     if verify is not None or out is None:
         _tell_verdict(verified(verify or Path(), asked.loop), as_json=as_json)
         return
-    own = {s.name for s in (*asked.loop.wiring.memory, *asked.loop.wiring.driven)}
-    initial = {each: value for each, value in asked.initial.items() if each in own}
+    initial = controllers_part(asked.loop, asked.initial)
     with progress("writing"):
         arithmetic = _fixed_point(fixed, ranges or [])
         made = c_project(
@@ -170,7 +169,7 @@ def export_fmu(
     It holds C of its own and a binary for this machine. A loop samples every period, whatever the communication
     steps are.
     """
-    from ulna.deploy import fmu
+    from ulna.deploy import controllers_part, fmu
     from ulna.loop import Loop
 
     system = plant_in_file(plant)
@@ -184,8 +183,7 @@ def export_fmu(
             asked = run_of(system, plant, run, design, hardware, open_references=True)
         loop, initial = asked.loop, asked.initial
     if part is _Part.controller:
-        own = {s.name for s in (*loop.wiring.memory, *loop.wiring.driven)}
-        initial = {name: value for name, value in initial.items() if name in own}
+        initial = controllers_part(loop, initial)
     with progress("writing"):
         made = fmu(loop, out, part=part.value, version=fmi, initial=initial)
     names = {"inputs": made.inputs, "outputs": made.outputs, "parameters": made.parameters}

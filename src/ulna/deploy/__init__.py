@@ -4,7 +4,7 @@ from ulna.deploy.comparison import Comparison, compare
 from ulna.deploy.compiled import Compiled
 from ulna.deploy.emulation import Cost
 from ulna.deploy.errors import DeployError
-from ulna.deploy.firmware import Firmware, Port, firmware
+from ulna.deploy.firmware import Firmware, Port, controllers_part, firmware
 from ulna.deploy.fixed_firmware import FixedFirmware, Range, fixed_firmware
 from ulna.deploy.fixed_point import FixedPoint
 from ulna.deploy.fmu import FmuFile, FmuPart, fmu
@@ -30,6 +30,7 @@ __all__ = [
     "Target",
     "c_project",
     "compare",
+    "controllers_part",
     "firmware",
     "fixed_firmware",
     "fmu",

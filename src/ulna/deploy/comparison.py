@@ -13,7 +13,7 @@ import numpy as np
 
 from ulna.deploy.design_file import read_design
 from ulna.deploy.errors import DeployError
-from ulna.deploy.firmware import Firmware, firmware
+from ulna.deploy.firmware import Firmware, controllers_part, firmware
 from ulna.deploy.fixed_firmware import FixedFirmware, fixed_firmware
 from ulna.deploy.library import library
 from ulna.loop import Loop
@@ -88,7 +88,7 @@ def compare(
     place = Path(folder)
     written = read_design(place)
     precision = written.precision
-    own = _controller_part(loop, initial or {})
+    own = controllers_part(loop, initial or {})
     fixed = None if written.fixed is None else fixed_firmware(loop, written.fixed, name=written.name, initial=own)
     made = firmware(loop, name=written.name, precision=precision, initial=own)
     if made.hardware.missed is not None:
@@ -121,12 +121,6 @@ def compare(
         commands=None if first is None else (tuple(found[first].tolist()), tuple(expected[first].tolist())),
         largest=float(np.max(np.abs(found - simulated[: len(rows)]), initial=0.0)),
     )
-
-
-def _controller_part(loop: Loop, initial: Mapping[str, float]) -> dict[str, float]:
-    """What of a run's initial values is the processor's."""
-    own = {s.name for s in (*loop.wiring.memory, *loop.wiring.driven)}
-    return {name: float(value) for name, value in initial.items() if name in own}
 
 
 def _given(made: Firmware, run: Trajectory, inputs: Mapping[str, Any]) -> np.ndarray:

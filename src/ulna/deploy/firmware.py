@@ -107,8 +107,8 @@ def firmware(
         loop: with a processor and a value for every parameter of the controller.
         name: of the library; that of the plant if left out.
         precision: of every number. In single precision the step is that of `Plain()` or `Fused()` in this precision.
-        initial: SI values by name before the first sample: states of estimator and controller, driven inputs;
-            0 where left out.
+        initial: SI values by name before the first sample: states of estimator and controller, estimates of an
+            estimator in coordinates of its own, driven inputs; 0 where left out.
 
     Raises:
         DeployError: a loop without controller or period, names that clash in C, an unknown name in `initial`.
@@ -153,6 +153,18 @@ def firmware(
         estimates=_ports("e", wiring.estimates, taken=[*_KEPT, *(s.name for s in wiring.driven)]),
         fingerprint=fingerprint(loop),
     )
+
+
+def controllers_part(loop: Loop, initial: Mapping[str, float]) -> dict[str, float]:
+    """What of a run's initial values is the processor's: states of the controller, estimates, driven inputs."""
+    own = {s.name for s in (*loop.wiring.memory, *_estimates(loop), *loop.wiring.driven)}
+    return {name: float(value) for name, value in initial.items() if name in own}
+
+
+def _estimates(loop: Loop) -> tuple[Signal, ...]:
+    """What an estimator in coordinates of its own can be told to begin with."""
+    estimator = loop.wiring.injected
+    return () if estimator is None else estimator.system.outputs
 
 
 def in_precision(loop: Loop, precision: Precision) -> Loop:
@@ -233,7 +245,8 @@ def _memory_names(loop: Loop, memory: list[str]) -> dict[str, str]:
 
 def _initial(loop: Loop, memory: list[str], given: Mapping[str, float]) -> dict[str, float]:
     wiring = loop.wiring
-    names: dict[str, Any] = {s.name: [f"z{k}"] for k, s in enumerate(wiring.memory)}
+    names: dict[str, Any] = {s.name: [] for s in _estimates(loop)}
+    names |= {s.name: [f"z{k}"] for k, s in enumerate(wiring.memory)}
     for k, s in enumerate(wiring.driven):
         names[s.name] = [slot for slot in memory if slot == f"believed{k}" or slot.startswith(f"h{k}_")]
     unknown = [name for name in given if name not in names]

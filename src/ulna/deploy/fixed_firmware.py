@@ -13,7 +13,7 @@ from ulna.deploy.errors import DeployError
 from ulna.deploy.firmware import Firmware, firmware
 from ulna.deploy.fixed_point import FixedPoint
 from ulna.deploy.rehearsal import rehearsal
-from ulna.loop import Loop, Quantiser
+from ulna.loop import Fault, Loop, Quantiser
 from ulna.program import (
     Assembly,
     Doubt,
@@ -31,6 +31,8 @@ REHEARSED, ROOM = 1000, 1.5
 """Samples of the run that ranges are taken from where none is known, and how many widths are added on either side."""
 MICROSECOND = 1e-6
 """What times are counted in."""
+LARGEST = 1e15
+"""SI, of a range that a rehearsed run gives."""
 _ROUNDS = 4
 """Of the analysis of memory that no signal stands for."""
 
@@ -235,6 +237,12 @@ def _ranges(made: Firmware, fixed: FixedPoint, seen: Mapping[str, tuple[float, f
             low, high, origin = float(signal.lower), float(signal.upper), "declared"
         else:
             low, high = _roomy(*seen.get(slot, (0.0, 0.0)))
+            if not (abs(low) + abs(high) < LARGEST):
+                raise DeployError(
+                    f"the range of '{signal.name}' in fixed point",
+                    "none is stated, and the rehearsed run from near the operating point does not keep to any.",
+                    f"State it: FixedPoint(ranges={{'{signal.name}': (-1.0, 1.0)}}), say.",
+                )
             origin = "four times a rehearsed run"
         found[signal.name] = Range(lower=low, upper=high, origin=origin)
     return found
@@ -279,6 +287,7 @@ def _formats(
     period = hardware.period or 0.0
     most = 2.0 * (period + (hardware.deadline.lateness or 0.0)) if hardware.deadline else period
     found |= {"missed": Format(0, 0, 1), "begun": Format(0, 0, 1), "lost": Format(0, 0, 1)}
+    found["code"] = Format(0, 0, float(sum(Fault)))
     found["elapsed"] = Format(0, 0, math.ceil(2.0 * most / MICROSECOND))
     limit = hardware.innovation
     for slot, value in (
