@@ -27,6 +27,12 @@ NAMES = {"x": x, "y": y, "E": E}
         ("abs(x)", sp.Abs(x)),
         ("heaviside(x)", sp.Heaviside(x)),
         ("Piecewise((x, x < 5), (y, True))", sp.Piecewise((x, x < 5), (y, True))),
+        (
+            "Piecewise((x, (x < 5) & (y > 1) | (y < x)), (y, True))",
+            sp.Piecewise((x, ((x < 5) & (y > 1)) | (y < x)), (y, True)),
+        ),
+        ("Piecewise((x, x < 5 and y > 1), (y, True))", sp.Piecewise((x, (x < 5) & (y > 1)), (y, True))),
+        ("Piecewise((x, x == 2), (y, x != y), (1, True))", sp.Piecewise((x, sp.Eq(x, 2)), (y, sp.Ne(x, y)), (1, True))),
         ("exp(1)", sp.E),
     ],
 )
@@ -42,7 +48,9 @@ def test_formulas_are_read_exactly(text, expected):
         ("(lambda: 1)()", "unknown symbol 'lambda'"),
         ("x[0]", "not part of a formula"),
         ("'x'", "not part of a formula"),
-        ("x & y", "not part of a formula"),
+        ("x & y", "comparison on both sides"),
+        ("Piecewise((x, x < 1 and y), (y, True))", "not a complete formula"),
+        ("Piecewise((x, (x < 1) == y), (y, True))", "comparison stands where a number"),
         ("x; y", "not part of a formula"),
         ("9**9**9", "too large"),
         ("x**9**9", "too large"),

@@ -125,3 +125,38 @@ def test_nothing_is_reached_where_rates_die_out_at_infinity():
     """The slip of a braked wheel dies out like 1/s: Newton's method would go on to 10³⁹."""
     found = equilibria(model("abs_brake"), inputs={"u": 0.0}, seconds=0.2)
     assert all(abs(value) < 1e16 for point in found for value in point.states.values())
+
+
+def test_a_box_that_begins_where_a_root_does_is_searched_whole():
+    tanks = plant(
+        {
+            "a": {"equation": "u - 0.1*sqrt(a)", "range": [0, 5]},
+            "b": {"equation": "0.1*sqrt(a) - 0.05*sqrt(b)", "range": [0, 5]},
+        }
+    )
+    found = equilibria(tanks, inputs={"u": 0.05})
+    assert found.complete.holds
+    assert [(p["a"], p["b"]) for p in found] == [(0.25, 1.0)]
+
+
+def test_a_line_of_equilibria_is_one_point_and_says_so():
+    found = equilibria(plant({"x": "v*cos(th)", "v": "-v", "th": "v*tan(th)"}, inputs={}))
+    assert found.line
+    assert len(found) == 1
+    assert found.complete.status is Status.UNDECIDED
+    assert not equilibria(plant(LORENZ, inputs={})).line
+
+
+def test_a_jump_beside_a_rest_point_hinders_nothing():
+    motor = plant({"w": "10*i - 2*w - 30*sign(w)", "i": "200*u - 200*i - 20*w"}, point={"w": 10})
+    assert [round(p["i"], 9) for p in equilibria(motor, inputs={"u": 6})] == [5.0]
+
+
+def test_inputs_left_out_stay_at_zero_where_the_plant_then_rests_in_decimals_only():
+    reactor = plant(
+        {"x": "-x + Da*(1 - x)*exp(T/(1 + T/20))", "T": "-T + 8*Da*(1 - x)*exp(T/(1 + T/20)) + 0.3*(u - T)"},
+        parameters={"Da": 0.072},
+    )
+    here = equilibrium(reactor)
+    assert here["u"] == 0
+    assert here["T"] == pytest.approx(0.885965022)

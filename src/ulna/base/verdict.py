@@ -118,13 +118,18 @@ class Verdict:
         return html_table(rows, title=str(self))
 
 
-_TELLING = ("fails", "open", "reason", "ran_out", "contradiction", "bracket", "observable_while", "tried")
+_TELLING = ("fails", "open", "reason", "ran_out", "contradiction", "bracket", "observable_while", "tried", "side")
 """What of the evidence is always shown; the rest on demand."""
 _SAMPLING = frozenset({"points", "seed", "digits", "tolerance", "generically"})
 _OF_A_PROOF = frozenset(
     {"point", "rank", "rows", "method", "because", "per_output", "manifold", "inputs", "regular", "psi"}
 )
-_LABELS = {"fails": "what fails", "open": "what is open", "ran_out": "the time ran out"}
+_LABELS = {
+    "fails": "what fails",
+    "open": "what is open",
+    "ran_out": "the time ran out",
+    "side": "on the side of the operating point, where",
+}
 
 
 def evidence_label(key: str) -> str:

@@ -60,7 +60,10 @@ def _extended(system: System, options: DesignOptions) -> ExtendedLaw:
     from ulna.base import DesignError
     from ulna.design import SetPoint, Track, extended_law
 
-    names = {"--best": options.best, "--local": options.local, "--input-output": options.input_output}
+    if options.best:
+        asked = "Give --controller-poles, one for each state and each integrator, or --lqr."
+        raise DesignError("--extend", "its law has no poles of its own.", asked)
+    names = {"--local": options.local, "--input-output": options.input_output}
     clash = next((name for name, given in names.items() if given), "an observer" if options.observer else "")
     if clash:
         found = f"it linearises the outputs by a law on measured states, without {clash}."

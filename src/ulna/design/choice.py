@@ -5,17 +5,23 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from enum import Enum
 
-from ulna.base import DesignError, NoFormError, UlnaError, UlnaWarning
+from ulna.base import DesignError, NoFormError, NotAffineError, UlnaError, UlnaWarning
 from ulna.design.control import AbstractReference, Law, close_loop, local_law, state_feedback
-from ulna.design.forms import LinearisingForm, approximate_form, controller_form, input_output_form
+from ulna.design.forms import approximate_form, controller_form, dynamic_extension, input_output_form
 from ulna.design.gains import Bandwidth, Gains
 from ulna.design.internal import minimum_phase, zero_dynamics
 from ulna.design.linear import as_numbers, linear_plant, own_bandwidth
 from ulna.design.observers import Observer, exact_observer, local_observer, observer_form, transformed_observer_form
-from ulna.system import System, equilibrium, linearise
+from ulna.symbolic.exact import attempt
+from ulna.symbolic.formulas import formula
+from ulna.system import System, equilibrium, linearise, on_one_side
 
+_SECONDS = 5.0
+"""s that the search for one form may take; then the next best serves."""
+_EXTEND = "Use `dynamic_extension`."
 _STABLE = ("exponential", "asymptotic")
 
 
@@ -55,9 +61,12 @@ def chosen_law(
     if method is not None:
         return _by(plant, gains, method, reference=reference, integral=integral), {}
     passed: dict[str, str] = {}
-    singular: LinearisingForm | None = None
+    singular, unfit = None, None
     try:
-        form = controller_form(plant)
+        found = attempt(_SECONDS, "the controller form", controller_form, plant)
+        if found.value is None:
+            raise NoFormError(f"a controller form of '{plant.name}'", f"{found.reason}.")
+        form = found.value
         if not form.at_point.fails:
             return state_feedback(form, gains, reference=reference, integral=integral), {}
         singular = form
@@ -67,7 +76,12 @@ def chosen_law(
     except UlnaError as error:
         if isinstance(error, DesignError):
             raise
-        passed[Method.EXACT.value] = error.found
+        passed[Method.EXACT.value], unfit = error.found, error
+        if (side := on_one_side(plant)) is not None:
+            law, further = chosen_law(side.system, gains, method, reference=reference, integral=integral)
+            pieces = ", ".join(f"{formula(term)} is {formula(piece)}" for term, piece in side.pieces.items())
+            law = replace(law, plant=plant, method=f"{law.method}, where {pieces}")
+            return law, {"whole plant": f"{error.found} The law is for where {pieces}.", **further}
     rungs: tuple[tuple[Method, Callable[[], Law]], ...] = (
         (Method.INPUT_OUTPUT, lambda: _stable_outputs(plant, gains, reference=reference, integral=integral)),
         (Method.APPROXIMATE, lambda: _approximate(plant, gains, reference=reference, integral=integral)),
@@ -83,14 +97,23 @@ def chosen_law(
     if singular is not None:
         return state_feedback(singular, gains, reference=reference, integral=integral), passed
     reasons = " ".join(f"{name}: {why}" for name, why in passed.items())
-    raise DesignError(f"a law for '{plant.name}'", f"no method gives one. {reasons}", _hint(plant, passed))
+    raise DesignError(f"a law for '{plant.name}'", f"no method gives one. {reasons}", _hint(plant, passed, unfit))
 
 
-def _hint(plant: System, passed: dict[str, str]) -> str:
+def _hint(plant: System, passed: dict[str, str], first: UlnaError | None) -> str:
     if not plant.inputs:
         return "Add [inputs], or ask for an observer alone."
     if 0 < len(plant.outputs) == len(plant.inputs) and "needed" in passed[Method.LOCAL.value]:
         return "Give method=Method.INPUT_OUTPUT to linearise the outputs only, or other poles."
+    if len(plant.inputs) > 1:
+        extension = attempt(_SECONDS, "dynamic extension", dynamic_extension, plant).value
+        if extension is not None and extension.verdict.holds and extension.complete.holds:
+            return (
+                "It is flat: integrators before its inputs give a law with a pole for each state and integrator. "
+                + _EXTEND
+            )
+    if first is not None and (isinstance(first, NotAffineError) or "not smooth" in first.found):
+        return first.hint
     return "Choose another [operating_point], where the inputs reach more."
 
 
@@ -161,14 +184,18 @@ def pace(plant: System) -> float:
 
 def formed_observer(plant: System, gains: Gains) -> Observer | NoFormError:
     """The observer whose error is linear, in the observer form or that of transformed outputs; or why there is none."""
-    try:
-        form = observer_form(plant)
-    except NoFormError as missing:
+    missing: NoFormError | None = None
+    for seek in (observer_form, transformed_observer_form):
         try:
-            form = transformed_observer_form(plant)
-        except NoFormError:
-            return missing
-    return exact_observer(form, gains)
+            found = attempt(_SECONDS, "the form", seek, plant)
+        except NoFormError as none:
+            missing = missing or none
+            continue
+        if found.value is not None:
+            return exact_observer(found.value, gains)
+        more = "Give more time (--seconds, ULNA_PATIENCE), or take a local observer."
+        missing = missing or NoFormError(f"an observer form of '{plant.name}'", f"{found.reason}.", more)
+    return missing or NoFormError(f"an observer form of '{plant.name}'", "there is none.")
 
 
 def chosen_observer(plant: System, bandwidth: float) -> tuple[Observer | None, str]:

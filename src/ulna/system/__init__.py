@@ -1,6 +1,6 @@
 """`System` and what is made of one: its file, its control-affine view, its linearisation; `connect` joins systems."""
 
-from ulna.system.affine import NON_SMOOTH, ControlAffine, control_affine, require_continuous
+from ulna.system.affine import ControlAffine, control_affine, require_continuous
 from ulna.system.connection import connect
 from ulna.system.equations import system_latex
 from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
@@ -17,6 +17,7 @@ from ulna.system.picture import Picture
 from ulna.system.ranges import STAY_INSIDE, declared_range, out_of_range
 from ulna.system.right_hand_side import SystemKernel, system_kernel
 from ulna.system.schema import system_from_mapping, system_to_mapping
+from ulna.system.side import NON_SMOOTH, OneSide, on_one_side
 from ulna.system.signal import Definition, Parameter, Signal, to_si
 from ulna.system.system import System
 from ulna.system.uses import controlled_part, measured_part, with_uses
@@ -34,6 +35,7 @@ __all__ = [
     "KalmanFilter",
     "LinearInjection",
     "Linearisation",
+    "OneSide",
     "Parameter",
     "Picture",
     "PointLike",
@@ -57,6 +59,7 @@ __all__ = [
     "linearise",
     "measured_part",
     "newton",
+    "on_one_side",
     "out_of_range",
     "read_system",
     "require_continuous",

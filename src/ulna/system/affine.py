@@ -12,6 +12,7 @@ from ulna.symbolic.exact import is_zero
 from ulna.symbolic.formulas import formula, put_in
 from ulna.system.holder import SystemLike, as_system
 from ulna.system.input_substitution import substitute_input
+from ulna.system.side import NON_SMOOTH
 from ulna.system.system import System
 
 
@@ -57,10 +58,6 @@ def require_continuous(system: System) -> None:
         )
 
 
-NON_SMOOTH = (sp.Abs, sp.sign, sp.Min, sp.Max, sp.floor, sp.ceiling, sp.Heaviside, sp.Piecewise)
-"""Functions without the derivatives that vector-field methods need."""
-
-
 def control_affine(system: SystemLike) -> ControlAffine:
     """The control-affine view of a system.
 
@@ -85,6 +82,8 @@ def _control_affine(system: System) -> ControlAffine:
     readouts = sp.Matrix(len(system.readouts), 1, system.inline(system.readouts))
     at_rest = dict.fromkeys(u, sp.Integer(0))
     columns = []
+    for signal, rate in zip(system.states, rates, strict=True):
+        _require_no_switch(system, signal.name, rate, u)
     for symbol in u:
         column = rates.diff(symbol)
         for signal, rate, slope in zip(system.states, rates, column, strict=True):
@@ -112,6 +111,20 @@ def _control_affine(system: System) -> ControlAffine:
         g=sp.ImmutableDenseMatrix(g),
         h=sp.ImmutableDenseMatrix(readouts.applyfunc(lambda e: put_in(e, at_rest))),
     )
+
+
+def _require_no_switch(system: System, state: str, rate: sp.Expr, inputs: tuple[sp.Symbol, ...]) -> None:
+    """Refuse what an input switches: its slope is the same number on either side, and no input field."""
+    for term in sorted(rate.atoms(*NON_SMOOTH) - rate.atoms(sp.Abs), key=lambda t: (-t.count_ops(), str(t))):
+        switched = [c for _, c in term.args] if isinstance(term, sp.Piecewise) else term.args
+        by = [u.name for u in inputs if any(part.has(u) for part in switched)]
+        if by:
+            raise NotAffineError(
+                f"equation of state '{state}' in '{system.name}'",
+                f"the term {formula(term)} is not affine in the input {', '.join(by)}.",
+                f"{_offer(system)}ake the input of the design what comes out of that term and simulate with it, "
+                "or give an [operating_point] at which the input acts, off the kink.",
+            )
 
 
 def _require_free_of_inputs(

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 import sympy as sp
+from sympy.core.relational import Relational
 
 from ulna.base import Dimension, UnitError, dimension_text, unit
 from ulna.symbolic.formulas import formula
@@ -72,11 +73,8 @@ def _dimension(expression: sp.Expr, known: Mapping[sp.Symbol, Dimension], where:
         return _common(expression, expression.args, known, where)
     if expression.is_Pow and not isinstance(expression, sp.exp):
         return _power(expression, known, where)
-    if isinstance(expression, sp.Piecewise):
-        return _common(expression, tuple(e for e, _ in expression.args), known, where)
-    if isinstance(expression, sp.atan2):
-        _common(expression, expression.args, known, where)
-        return _ONE
+    if isinstance(expression, sp.Piecewise | sp.atan2):
+        return _compared(expression, known, where)
     for argument in expression.args:
         if not isinstance(expression, sp.sign | sp.Heaviside):
             inner = _dimension(argument, known, where)
@@ -90,10 +88,21 @@ def _dimension(expression: sp.Expr, known: Mapping[sp.Symbol, Dimension], where:
     return _ONE
 
 
+def _compared(expression: sp.Expr, known: Mapping[sp.Symbol, Dimension], where: str) -> Dimension | None:
+    """The dimension of a Piecewise, whose conditions compare like with like; of atan2, a pure number of two alike."""
+    if isinstance(expression, sp.atan2):
+        _common(expression, expression.args, known, where)
+        return _ONE
+    for comparison in sorted(expression.atoms(Relational), key=str):
+        _common(comparison, comparison.args, known, where)
+    return _common(expression, tuple(e for e, _ in expression.args), known, where)
+
+
 def _common(
     whole: sp.Expr, parts: tuple[sp.Expr, ...], known: Mapping[sp.Symbol, Dimension], where: str
 ) -> Dimension | None:
     first: tuple[sp.Expr, Dimension] | None = None
+    verb = "compares" if isinstance(whole, Relational) else "adds"
     for part in parts:
         found = _dimension(part, known, where)
         if found is None:
@@ -101,7 +110,7 @@ def _common(
         if first is not None and found != first[1]:
             raise UnitError(
                 where,
-                f"{formula(whole)} adds {formula(first[0])} [{dimension_text(first[1])}] "
+                f"{formula(whole)} {verb} {formula(first[0])} [{dimension_text(first[1])}] "
                 f"and {formula(part)} [{dimension_text(found)}].",
                 "Both must have the same dimension.",
             )

@@ -71,11 +71,13 @@ class Equilibrium:
             PlantError: for an unknown name, or parameters without a value.
         """
         asked = f"'{name}' at a point of '{self.system.name}'"
-        known = dict(zip((o.name for o in self.system.outputs), self.system.inline(self.system.readouts), strict=True))
-        known |= {s.name: value for s, value in self.values.items()}
+        known = {s.name: value for s, value in self.values.items()}
+        if name not in known:
+            readouts = self.system.inline(self.system.readouts)
+            known |= {o.name: e.subs(self.values) for o, e in zip(self.system.outputs, readouts, strict=True)}
         if name not in known:
             raise PlantError(asked, "there is no such state, input or output.", f"Known: {', '.join(known)}.")
-        value = known[name].subs(self.values).xreplace({**self.system.values, **self.parameters})
+        value = known[name].xreplace({**self.system.values, **self.parameters})
         if value.free_symbols:
             missing = ", ".join(sorted(s.name for s in value.free_symbols))
             raise PlantError(asked, f"it depends on parameters without a value: {missing}.", "Give them values.")

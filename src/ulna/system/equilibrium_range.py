@@ -31,6 +31,12 @@ _LOOSE = 1e-4
 _CHOICES = 4
 """Ways to choose as many equations as unknowns that are tried where there are more."""
 _VANISHES = 1e-12
+_ROUNDING, _LEAST = 1e-15, 1e-22
+"""Relative to the range, and in SI at all, below which a coordinate is 0."""
+_MOST_DOUBTFUL = 8
+"""Points in undecided boxes beyond which they are taken for parts of a line of equilibria, and one is shown."""
+_LINE = "equilibria are not isolated there: a line or surface of them passes, one is shown"
+_OPEN = "nothing could be decided in parts of the box: take a smaller one (--within) or more time (--seconds)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +59,11 @@ class Equilibria:
     complete: Verdict
     within: Mapping[str, tuple[float, float]]
     free: tuple[str, ...] = ()
+
+    @property
+    def line(self) -> bool:
+        """Whether equilibria are not isolated, but for `free`: a line or surface of them passes through one shown."""
+        return self.complete.evidence.get("reason") == _LINE
 
     def __iter__(self) -> Iterator[Equilibrium]:
         return iter(self.points)
@@ -108,7 +119,7 @@ def equilibria(
         fixed = {sp.Symbol(name, real=True): given_or_zero(given, name) for name in free}
         values = {**root, **{s: sp.N(put_in(e, root), 30) for s, e in rest.items()}, **fixed}
         if all(inside(values[s], box[s]) for s in box if s.name not in free):
-            points.append(_point(given, values, held))
+            points.append(_point(given, {s: _whole(v, box.get(s)) for s, v in values.items()}, held))
     claim = f"'{given.name}' has {_count(len(points))} {_where(box)}"
     return Equilibria(
         points=tuple(points),
@@ -191,10 +202,15 @@ def _searched(equations: list[sp.Expr], box: Box, seconds: float) -> tuple[list[
         choice = tried[len(searched)]
         searched.append((choice, zeros_in_box(choice, box, seconds=seconds / len(tried))))
     chosen, zeros = searched[-1]
-    found = zeros.values if not zeros.unresolved else [*zeros.values, *_by_newton(chosen, box, zeros)]
+    doubtful = _by_newton(chosen, box, zeros) if zeros.unresolved else []
+    line = len(doubtful) > _MOST_DOUBTFUL
+    found = [*zeros.values, *(doubtful[:1] if line else doubtful)]
     rest = [e for e in equations if e not in chosen]
     found = [z for z in found if all(abs(sp.N(put_in(e, z), 20)) < _VANISHES for e in rest)]
-    return sorted(found, key=lambda z: [float(v) for v in z.values()]), zeros.complete(claim)
+    complete = zeros.complete(claim)
+    if zeros.unresolved:
+        complete = replace(complete, evidence={"reason": _LINE if line else _OPEN, **complete.evidence})
+    return sorted(found, key=lambda z: [float(v) for v in z.values()]), complete
 
 
 def _by_newton(equations: Sequence[sp.Expr], box: Box, zeros: BoxZeros) -> list[dict[sp.Symbol, sp.Expr]]:
@@ -222,6 +238,12 @@ def _point(system: System, values: Mapping[sp.Symbol, sp.Expr], held: Mapping[sp
         verdict=Verdict.supported(f"'{system.name}' rests there", method="interval arithmetic", digits=_DIGITS),
         parameters=system.values,
     )
+
+
+def _whole(value: sp.Expr, sides: tuple[float, float] | None) -> sp.Expr:
+    """A value, 0 where it is nothing but rounding beside the range that was searched."""
+    size = max(map(abs, sides)) if sides and np.isfinite(sides).all() else 1.0
+    return sp.Integer(0) if abs(value) < max(_ROUNDING * size, _LEAST) else value
 
 
 def _count(number: int) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import PlantError, html_table, number_text
-from ulna.symbolic.formulas import formula_html, put_in, value_html
+from ulna.symbolic.formulas import formula, formula_html, put_in, value_html
 from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
 from ulna.system.equilibrium_search import equilibrium
 from ulna.system.holder import SystemLike, as_system
@@ -62,11 +62,15 @@ class Linearisation:
             PlantError: where it depends on a parameter without a value, or on a state or input that has none here.
         """
         matrix = getattr(self, name).xreplace(self.system.values)
+        asked = f"numbers of '{self.system.name}' at a point"
         if matrix.free_symbols:
             names = ", ".join(sorted(s.name for s in matrix.free_symbols))
-            asked = f"numbers of '{self.system.name}' at a point"
             raise PlantError(asked, f"no value is given for {names}.", "Give one.")
-        return np.array(matrix.evalf(), dtype=float).reshape(matrix.shape)
+        numbers = matrix.evalf()
+        if jumps := [e for e in numbers if not e.is_number or e.has(sp.DiracDelta, sp.nan, sp.zoo)]:
+            found = f"a slope has no value there: {formula(jumps[0])}."
+            raise PlantError(asked, found, "The point lies on a jump or kink: take one beside it, or a smooth model.")
+        return np.array(numbers, dtype=float).reshape(matrix.shape)
 
     @property
     def stable(self) -> bool:

@@ -40,13 +40,13 @@ def reached_points(
     if not unknowns or not equations or len(equations) > len(unknowns):
         return np.zeros((0, len(unknowns)))
     symbols = list(unknowns)
-    value, slope = batch_vector("zeros", equations, symbols), batch_jacobian("slopes", equations, symbols, symbols)
 
     def named(x: np.ndarray) -> dict[str, np.ndarray]:
         return {s.name: x[:, k] for k, s in enumerate(symbols)}
 
     points = np.zeros((0, len(symbols)))
     with suppress(FormulaError):  # a function without a value in numbers
+        value, slope = batch_vector("zeros", equations, symbols), batch_jacobian("slopes", equations, symbols, symbols)
         first = _starts(start, [_sides(*sides) for sides in ranges])
         points = newton(lambda x: value(named(x)), lambda x: slope(named(x)), first).points
     points = points[(np.abs(points) <= _FARTHEST).all(axis=1)]

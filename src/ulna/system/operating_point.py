@@ -72,6 +72,8 @@ def operating_point(system: System) -> Equilibrium:
         if point is not None:
             method = AS_GIVEN if point == {**given, **zero_states, **zero_inputs} else SOLVED
             verdict = rests(system, rates, point, _claim(system), method=method)
+            if verdict.holds and candidate is candidates[2] and (simpler := _inputs_at_zero(system, zero_inputs)):
+                return _point(system, simpler.values, simpler.verdict, parameters=dict(system.values))
             if verdict.holds:
                 return _point(system, point, verdict)
     if system.values:
@@ -89,6 +91,14 @@ def operating_point(system: System) -> Equilibrium:
             reason = "an equilibrium lies outside the declared ranges"
             verdict = Verdict.refuted(_claim(system), **{**verdict.evidence, "reason": reason, "outside": outside})
     return _point(system, point, verdict)
+
+
+def _inputs_at_zero(system: System, zero_inputs: Mapping[sp.Symbol, sp.Expr]) -> Equilibrium | None:
+    """The point in decimals with the inputs left out at zero, which no formula writes down: a reactor at rest, say."""
+    if not system.values:
+        return None
+    found = operating_point(system.with_values())
+    return found if found.verdict.holds and all(found.inputs[u] == zero_inputs[u] for u in zero_inputs) else None
 
 
 def nearest_to_zero(system: System) -> dict[sp.Symbol, sp.Expr]:

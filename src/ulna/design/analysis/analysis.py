@@ -9,13 +9,14 @@ from functools import partial
 
 import sympy as sp
 
-from ulna.base import Status, UlnaError, html_table
+from ulna.base import NotAffineError, Status, UlnaError, html_table
 from ulna.design.analysis.answer import Answer, not_applicable
 from ulna.design.analysis.consistency import consistent
 from ulna.design.analysis.discrete_answers import discrete_answers
 from ulna.design.analysis.formula_answers import GROUPS, law_of_outputs, outputs_answered
 from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers, law_in_numbers, structure_answers
 from ulna.design.analysis.rest_answers import rest_points
+from ulna.design.analysis.side_answers import asked_on_one_side, on_side
 from ulna.design.analysis.summary import what_it_is, what_stands_in_the_way
 from ulna.plants import PlantLike, as_plant
 from ulna.symbolic.exact import attempt, patience, worked
@@ -29,6 +30,7 @@ from ulna.system import (
     equilibrium_in_numbers,
     given_point,
     measured_part,
+    on_one_side,
     system_kernel,
 )
 
@@ -146,7 +148,14 @@ def analyse(
     if len(system.states) >= LARGE:
         answers = consistent(system, _large(system, keys, seconds))
         return Analysis(system=system, point=given_point(system), answers={key: answers[key] for key in wanted})
-    control_affine(system)
+    side = on_one_side(system)
+    try:
+        control_affine(system)
+    except NotAffineError:
+        if side is None:
+            raise
+        found = analyse(side.system, questions=wanted, within=within, seconds=seconds, groups=groups, told=told)
+        return replace(found, system=system, answers={key: on_side(a, side) for key, a in found.answers.items()})
     end = worked() + groups * seconds * patience()
     here = equilibrium_in_numbers(system)
     numbers = consistent(system, structure_answers(system, here, keys), here.where)
@@ -162,7 +171,12 @@ def analyse(
     answers = consistent(system, answers, here.where)
     if "control" in answers and _open(answers["control"]) and _law_in_numbers_exists(system, answers):
         answers |= {"control": law_in_numbers(system).get("control", answers["control"])}
-    return Analysis(system=system, point=equilibrium(system), answers={key: answers[key] for key in wanted})
+    answers = asked_on_one_side(
+        {key: answers[key] for key in wanted},
+        side,
+        lambda keys: analyse(side.system, questions=keys, seconds=seconds, groups=groups) if side else {},
+    )
+    return Analysis(system=system, point=equilibrium(system), answers=answers)
 
 
 def _asked(questions: Collection[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:

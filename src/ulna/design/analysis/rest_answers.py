@@ -6,14 +6,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+import sympy as sp
 
 from ulna.base import PlantError
 from ulna.design.analysis.answer import Answer, not_applicable
 from ulna.symbolic.compiling import batch_jacobian
-from ulna.system import System, equilibria, equilibrium
+from ulna.system import NON_SMOOTH, System, equilibria, equilibrium, linearise
 
 _SECONDS = 1.5
 """s of search in boxes."""
+_NEAR = 1e-6
 _ZERO = 1e-9
 """Real parts, relative to the pole, that say nothing about stability."""
 
@@ -34,8 +36,12 @@ def rest_points(system: System, within: Mapping[str, tuple[float, float]] | None
     except PlantError as error:
         return {key: not_applicable(key, str(error))}
     points = [{s.name: float(point.states[s.symbol]) for s in system.states} for point in found]
+    resting = here.verdict.holds and not within
+    if resting and not any(all(abs(p[k] - v) <= _NEAR * (1 + abs(v)) for k, v in at.items()) for p in points):
+        # In a part that stayed undecided, or on a line of equilibria of which it is the one to show.
+        points = [at, *(() if found.line else points)]
     points.sort(key=lambda point: sum(abs(point[name] - value) for name, value in at.items()))
-    held = {s.name: float(value) for point in found.points[:1] for s, value in point.inputs.items()}
+    held = {name: float(value) for name, value in inputs.items()}
     evidence = {"within": dict(found.within), "inputs": inputs} | ({"free": found.free} if found.free else {})
     verdict = replace(found.complete, evidence={**found.complete.evidence, **evidence})
     return {key: Answer(verdict=verdict, value=_told(system.with_values(), points, held))}
@@ -51,7 +57,15 @@ def _told(system: System, points: list[dict[str, float]], held: Mapping[str, flo
     at = {name: np.array([point[name] for point in points]) for name in points[0]}
     with np.errstate(all="ignore"):
         matrices = jacobian(at | {name: np.array(value) for name, value in held.items()})
+    if any(r.has(*NON_SMOOTH) for r in system.inline(system.rates)):
+        jumps = [_on_a_jump(system, {**point, **held}) for point in points]
+        matrices[jumps] = np.nan
     return [{"states": point} | _stability(A) for point, A in zip(points, matrices, strict=True)]
+
+
+def _on_a_jump(system: System, point: Mapping[str, float]) -> bool:
+    A = linearise(system, point).A
+    return A.has(sp.DiracDelta) or not all(e.is_number and e.is_finite for e in A)
 
 
 def _stability(A: np.ndarray) -> dict[str, object]:
@@ -63,4 +77,5 @@ def _stability(A: np.ndarray) -> dict[str, object]:
 
 
 def _pole(value: complex) -> str:
-    return f"{value.real:.6g}" if abs(value.imag) <= _ZERO * abs(value) else f"{value.real:.6g}{value.imag:+.6g}j"
+    real, imaginary = (part if abs(part) > _ZERO * abs(value) else 0.0 for part in (value.real, value.imag))
+    return f"{real:.6g}{imaginary:+.6g}j" if imaginary else f"{real:.6g}"

@@ -34,9 +34,17 @@ def batch_vector(name: str, expressions: Sequence[sp.Expr], symbols: Sequence[sp
 def batch_jacobian(
     name: str, expressions: Sequence[sp.Expr], by: Sequence[sp.Symbol], symbols: Sequence[sp.Symbol]
 ) -> BatchFunction:
-    """(P, r, c) Jacobian of r expressions in c symbols as a function of (P,) arrays by symbol name."""
+    """(P, r, c) Jacobian of r expressions in c symbols as a function of (P,) arrays by symbol name.
+
+    A jump counts as the slope on its sides.
+    """
     rows, columns = len(expressions), len(by)
     if rows == 0 or columns == 0:
         return lambda values: np.zeros((max(np.size(v) for v in values.values()), rows, columns))
-    flat = batch_vector(name, [e.diff(s) for e in expressions for s in by], symbols)
+    flat = batch_vector(name, [_slope(e, s) for e in expressions for s in by], symbols)
     return lambda values: flat(values).reshape(-1, rows, columns)
+
+
+def _slope(expression: sp.Expr, by: sp.Symbol) -> sp.Expr:
+    slope = expression.diff(by)
+    return slope.replace(sp.DiracDelta, lambda *_: sp.Integer(0)) if slope.has(sp.DiracDelta) else slope

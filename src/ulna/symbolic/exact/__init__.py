@@ -5,7 +5,7 @@ Other packages import from here. Each question has one verb and, where there are
 """
 
 from ulna.symbolic.exact.attempts import Attempt, attempt
-from ulna.symbolic.exact.ball import Tape, exact_ball, tape
+from ulna.symbolic.exact.ball import RootWhereReal, Tape, exact_ball, tape
 from ulna.symbolic.exact.budget import patience, set_patience, time_budget, worked
 from ulna.symbolic.exact.linear import LinearSolution, inverse, inverse_last_column, inverse_last_row, solve_linear
 from ulna.symbolic.exact.quotients import compact, lowest_terms, normal
@@ -30,6 +30,7 @@ __all__ = [
     "Point",
     "Rank",
     "ResidueZero",
+    "RootWhereReal",
     "SampledZero",
     "Tape",
     "ZeroTest",

@@ -19,11 +19,17 @@ from sympy.functions.elementary.piecewise import ExprCondPair
 from ulna.program import Kernel, pruned, to_balls
 from ulna.symbolic.compiling.sympy_reader import SympyReader, is_exact
 
+
+class RootWhereReal(sp.Function):
+    """√a on the part of a ball where a ≥ 0: encloses every real value that √a has in it."""
+
+
 _NAN = arb("nan")
 _OTHERS: dict[Any, Callable[..., arb]] = {
     sp.pi: arb.pi,
     sp.E: arb.const_e,
     sp.erf: arb.erf,
+    RootWhereReal: lambda value: value.nonnegative_part().sqrt(),
     sp.LambertW: lambda value, *branch: value.lambertw() if not branch else _NAN,
 }
 """Constants and functions that a kernel does not have."""

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 _FEW = 64
 _GROUPS = 8
 
 _SUM, _PRODUCT = ("+", "-"), ("*", "/")
+_JOINING = {",": "", "|": "Or", "&": "And", "==": "Eq", "!=": "Ne"}
+"""What separates conditions, loosest first, and the function that stands for it."""
+_BETWEEN = (*_JOINING, "<", ">", "<=", ">=")
 
 
 def grouped(words: Iterable[str]) -> str:
@@ -15,7 +19,7 @@ def grouped(words: Iterable[str]) -> str:
     levels: list[_Level] = [_Level()]
     before = ""
     for word in words:
-        operand = before not in ("", "(", ",", "<", ">", "<=", ">=", "+", "-", "*", "/", "**", "^")
+        operand = before not in ("", "(", *_BETWEEN, *_SUM, *_PRODUCT, "**", "^")
         if word == "(":
             levels.append(_Level())
         elif word == ")":
@@ -25,7 +29,7 @@ def grouped(words: Iterable[str]) -> str:
             levels[-1].next_term(word)
         elif word in _PRODUCT:
             levels[-1].next_factor(word)
-        elif word in (",", "<", ">", "<=", ">="):
+        elif word in _BETWEEN:
             levels[-1].next_part(word)
         else:
             levels[-1].add(word)
@@ -60,7 +64,17 @@ class _Level:
 
     def text(self) -> str:
         self.next_part("")
-        return " ".join(self._done[:-1])
+        return _conditions(self._done[:-1])
+
+
+def _conditions(words: Sequence[str]) -> str:
+    """Parts and the signs between them, And(a, b) for a & b: the parser dies of such a sign between numbers."""
+    for sign, function in _JOINING.items():
+        cuts = [-1, *(k for k in range(1, len(words), 2) if words[k] == sign), len(words)]
+        if len(cuts) > 2:
+            joined = ", ".join(_conditions(words[a + 1 : b]) for a, b in pairwise(cuts))
+            return f"{function}({joined})" if function else joined
+    return " ".join(words)
 
 
 def _joined(parts: Sequence[tuple[str, str]], *, first: str, between: str) -> str:

@@ -9,10 +9,10 @@ computed. Decimal numbers become exact rationals.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy as sp
 from sympy.logic.boolalg import Boolean
@@ -24,11 +24,12 @@ from ulna.symbolic.formulas.text import MOST_DIGITS, decimal
 _WORD = re.compile(
     r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
     r"|(?P<name>[^\W\d]\w*)"
-    r"|(?P<sign>\*\*|<=|>=|[-+*/^(),<>])"
+    r"|(?P<sign>\*\*|<=|>=|==|!=|[-+*/^(),<>&|])"
     r"|(?P<space>\s+)"
     r"|(?P<other>.)",
     re.DOTALL,
 )
+_JOINING = {"and": "&", "or": "|"}
 _MAX_LENGTH = 2_000_000
 _MAX_DEPTH = 150
 """Levels of a formula as a tree."""
@@ -47,19 +48,36 @@ _FUNCTIONS: Mapping[str, tuple[str, int]] = {
     "min": ("min", -1), "Min": ("min", -1), "max": ("max", -1), "Max": ("max", -1),
     "heaviside": ("heaviside", 1), "Heaviside": ("heaviside", 1),
     "Rational": ("Rational", 2), "Piecewise": ("Piecewise", -1),
+    "And": ("And", -1), "Or": ("Or", -1), "Not": ("Not", 1), "Eq": ("Eq", 2), "Ne": ("Ne", 2),
 }  # fmt: skip
 RESERVED = frozenset(_FUNCTIONS) | {"pi", "True"}
 """Names that no state, input, output, parameter or definition may take."""
 
 _TREE: Mapping[str, Callable[..., Any]] = {
     "Add": sp.Add, "Mul": sp.Mul, "Abs": sp.Abs, "Min": sp.Min, "Max": sp.Max,
-    "StrictLessThan": sp.StrictLessThan, "LessThan": sp.LessThan,
+    "StrictLessThan": sp.StrictLessThan, "LessThan": sp.LessThan, "Equality": sp.Eq, "Unequality": sp.Ne,
+    "And": sp.And, "Or": sp.Or, "Not": sp.Not,
     **{n: getattr(sp, n) for n in (
         "sin", "cos", "tan", "cot", "sec", "csc", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
         "asinh", "acosh", "atanh", "exp", "log", "sign", "floor", "ceiling",
     )},
     # SymEngine rewrites sin(x + pi/2) and the like only for numbers, so no further heads appear.
 }  # fmt: skip
+
+
+class _Word(NamedTuple):
+    """A word of a formula: its kind (a group of the pattern above), its text, and at which character it begins."""
+
+    kind: str
+    text: str
+    place: int
+
+    @classmethod
+    def of(cls, match: re.Match[str], names: Collection[str]) -> _Word:
+        word = match.group()
+        if word in _JOINING and word not in names:
+            return cls("sign", _JOINING[word], match.start() + 1)
+        return cls(str(match.lastgroup), word, match.start() + 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,30 +131,30 @@ def _safe_words(text: str, names: Mapping[str, sp.Expr], where: str, held: _Plac
     parts: list[str] = []
     # Powers that stand open at each level of parentheses: a chain of them nests to the right.
     depth, powers = 0, [0]
-    matches = [m for m in _WORD.finditer(text) if m.lastgroup != "space"]
-    for i, match in enumerate(matches):
-        kind, word, after = match.lastgroup, match.group(), matches[i + 1].group() if i + 1 < len(matches) else ""
+    words = [_Word.of(m, names) for m in _WORD.finditer(text) if m.lastgroup != "space"]
+    for i, (kind, word, place) in enumerate(words):
+        before, after = words[i - 1] if i else _Word("", "", 0), words[i + 1].text if i + 1 < len(words) else ""
         if kind == "number":
             parts.append(held.name(_number(word, where)))
         elif kind == "name":
             parts.append(_safe_name(word, after == "(", names, where, held))
         elif kind == "sign":
             depth += {"(": 1, ")": -1}.get(word, 0)
-            _follow_powers(word, matches[i - 1].group() if i else "", powers)
+            _follow_powers(word, before.text, powers)
             if depth < 0 or depth + sum(powers) > _MAX_OPEN:
                 found = "a ')' too many" if depth < 0 else f"nested deeper than {_MAX_DEPTH}"
-                raise FormulaError(where, f"{found} at character {match.start() + 1} of '{_shown(text)}'.")
+                raise FormulaError(where, f"{found} at character {place} of '{_shown(text)}'.")
             parts.append(word)
         else:
             raise FormulaError(
                 where,
-                f"'{word}' at character {match.start() + 1} of '{_shown(text)}' is not part of a formula.",
+                f"'{word}' at character {place} of '{_shown(text)}' is not part of a formula.",
                 "Formulas are arithmetic in declared names: + - * / ** and functions such as sin(x).",
             )
-        if i and kind in ("number", "name") and matches[i - 1].lastgroup in ("number", "name"):
+        if kind in ("number", "name") and before.kind in ("number", "name"):
             raise FormulaError(
                 where,
-                f"no operator between '{matches[i - 1].group()}' and '{word}' in '{_shown(text)}'.",
+                f"no operator between '{before.text}' and '{word}' in '{_shown(text)}'.",
                 "Write products with '*'.",
             )
     if depth:
@@ -230,10 +248,13 @@ _INFINITE = frozenset({sp.zoo, sp.nan, sp.oo, -sp.oo})
 _COMPLEX = "Roots and logarithms of negative numbers are complex; write -(8**(1/3)) for the real root of -8."
 
 
+_LOGICAL = ("And", "Or", "Not")
+
+
 def _check_arguments(head: str, arguments: Sequence[Any], where: str) -> None:
     """Refuse comparisons where numbers are due and the other way round, and numbers that are infinite."""
     for place, each in enumerate(arguments):
-        if isinstance(each, sp.Expr) == (head == "Piecewise" and place % 2 == 1):
+        if isinstance(each, sp.Expr) == (head in _LOGICAL or (head == "Piecewise" and place % 2 == 1)):
             due = (
                 "a comparison stands where a number"
                 if isinstance(each, Boolean)
@@ -296,6 +317,8 @@ def _syntax_hint(text: str) -> str:
     stripped = text.strip()
     if stripped[-1] in "+-*/^(,":
         return f"It ends with '{stripped[-1]}'."
+    if "&" in stripped or "|" in stripped:
+        return "Conditions have a comparison on both sides: (x < 1) & (y > 0)."
     return "Look for two operators in a row, a missing operand or a wrong number of arguments."
 
 

@@ -14,7 +14,7 @@ import sympy as sp
 from flint import arb, arb_mat, ctx
 
 from ulna.base import Verdict
-from ulna.symbolic.exact import Tape, tape, worked
+from ulna.symbolic.exact import RootWhereReal, Tape, tape, worked
 
 _BITS, _FINE_BITS = 64, 192
 _WIDER = 0.05
@@ -147,6 +147,8 @@ class _Search:
 
     unknowns: tuple[sp.Symbol, ...]
     program: Tape
+    real: Tape
+    """The equations where their roots are real: what has no zero there has none."""
     slopes: Tape
     rigorous: bool
 
@@ -154,7 +156,9 @@ class _Search:
     def of(cls, equations: Sequence[sp.Expr], unknowns: tuple[sp.Symbol, ...]) -> _Search:
         entries = [_slope(e, x) for e in equations for x in unknowns]
         program, slopes = tape(list(equations)), tape(entries)
-        return cls(unknowns=unknowns, program=program, slopes=slopes, rigorous=program.rigorous and slopes.rigorous)
+        real = tape([_where_real(e) for e in equations])
+        rigorous = program.rigorous and slopes.rigorous and real.rigorous
+        return cls(unknowns=unknowns, program=program, real=real, slopes=slopes, rigorous=rigorous)
 
     def values(self, point: Sequence[arb]) -> list[arb]:
         return self.program.at(dict(zip(self.unknowns, point, strict=True)))
@@ -168,7 +172,8 @@ class _Search:
         while True:
             wide = _WIDER * (high - low) + _LEAST * (1 + np.abs(low) + np.abs(high))
             box = _balls(low - wide, high + wide)
-            if any(value.is_finite() and not value.contains(0) for value in self.values(box)):
+            here = self.real.at(dict(zip(self.unknowns, box, strict=True)))
+            if any(value.is_finite() and not value.contains(0) for value in here):
                 return None
             moved = self.moved(box)
             if moved is None:
@@ -249,6 +254,13 @@ def _slope(equation: sp.Expr, unknown: sp.Symbol) -> sp.Expr:
         return sp.nan
     slope = slope.replace(sp.Heaviside, lambda a, *_: sp.Piecewise((0, a < 0), (1, a > 0)))
     return slope.replace(sp.DiracDelta, lambda a, *_: sp.Piecewise((sp.nan, sp.Eq(a, 0)), (0, True)))
+
+
+def _where_real(equation: sp.Expr) -> sp.Expr:
+    """The equation with every square root where it is real: the level of a tank begins at a root of 0."""
+    return equation.replace(
+        lambda e: e.is_Pow and e.exp.is_Rational and e.exp.q == 2, lambda e: RootWhereReal(e.base) ** e.exp.p
+    )
 
 
 def _balls(low: np.ndarray, high: np.ndarray) -> list[arb]:
