@@ -73,8 +73,8 @@ class Equilibrium:
         asked = f"'{name}' at a point of '{self.system.name}'"
         known = {s.name: value for s, value in self.values.items()}
         if name not in known:
-            readouts = self.system.inline(self.system.readouts)
-            known |= {o.name: e.subs(self.values) for o, e in zip(self.system.outputs, readouts, strict=True)}
+            readouts = zip(self.system.outputs, self.system.inline(self.system.readouts), strict=True)
+            known = {o.name: e.subs(self.values) for o, e in readouts} | known
         if name not in known:
             raise PlantError(asked, "there is no such state, input or output.", f"Known: {', '.join(known)}.")
         value = known[name].xreplace({**self.system.values, **self.parameters})

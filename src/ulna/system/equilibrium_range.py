@@ -35,7 +35,8 @@ _ROUNDING, _LEAST = 1e-15, 1e-22
 """Relative to the range, and in SI at all, below which a coordinate is 0."""
 _MOST_DOUBTFUL = 8
 """Points in undecided boxes beyond which they are taken for parts of a line of equilibria, and one is shown."""
-_LINE = "equilibria are not isolated there: a line or surface of them passes, one is shown"
+_ONE_SHOWN = "equilibria are not isolated, one is shown"
+_LINE = f"a line or surface of them passes through the box: {_ONE_SHOWN}"
 _OPEN = "nothing could be decided in parts of the box: take a smaller one (--within) or more time (--seconds)"
 
 
@@ -63,7 +64,7 @@ class Equilibria:
     @property
     def line(self) -> bool:
         """Whether equilibria are not isolated, but for `free`: a line or surface of them passes through one shown."""
-        return self.complete.evidence.get("reason") == _LINE
+        return str(self.complete.evidence.get("reason", "")).endswith(_ONE_SHOWN)
 
     def __iter__(self) -> Iterator[Equilibrium]:
         return iter(self.points)
@@ -192,7 +193,7 @@ def _searched(equations: list[sp.Expr], box: Box, seconds: float) -> tuple[list[
     if len(equations) < len(box):
         middle = np.array([(a + b) / 2 for a, b in box.values()])
         one = reached_points(equations, unknowns, middle, list(box.values())) if equations else middle[None, :]
-        reason = f"{len(equations)} independent rates for {len(box)} states: equilibria are not isolated, one is shown"
+        reason = f"{len(equations)} independent rates for {len(box)} states: {_ONE_SHOWN}"
         return [dict(zip(unknowns, map(sp.Float, p), strict=True)) for p in one[:1]], Verdict.undecided(
             claim, reason=reason
         )

@@ -59,6 +59,7 @@ def operating_point(system: System) -> Equilibrium:
     rest_inputs = [s for s in system.input_symbols if s not in given]
     start = nearest_to_zero(system)
     zero_inputs, zero_states = ({s: start[s] for s in rest} for rest in (rest_inputs, rest_states))
+    at_zero = {**given, **zero_states, **zero_inputs}
     candidates = (
         lambda: _solved(rates, {**given, **zero_states}, rest_inputs, system),
         lambda: _solved(rates, {**given, **zero_inputs}, rest_states, system) if rest_states else None,
@@ -70,9 +71,11 @@ def operating_point(system: System) -> Equilibrium:
         except TooHardError:
             break  # with more unknowns it is no easier
         if point is not None:
-            method = AS_GIVEN if point == {**given, **zero_states, **zero_inputs} else SOLVED
-            verdict = rests(system, rates, point, _claim(system), method=method)
-            if verdict.holds and candidate is candidates[2] and (simpler := _inputs_at_zero(system, zero_inputs)):
+            verdict = rests(system, rates, point, _claim(system), method=AS_GIVEN if point == at_zero else SOLVED)
+            simpler = (
+                verdict.holds and candidate is candidates[2] and _inputs_at_zero(system, rates, at_zero, zero_inputs)
+            )
+            if simpler:
                 return _point(system, simpler.values, simpler.verdict, parameters=dict(system.values))
             if verdict.holds:
                 return _point(system, point, verdict)
@@ -80,25 +83,29 @@ def operating_point(system: System) -> Equilibrium:
         at_values = operating_point(system.with_values())
         if at_values.verdict.holds:
             return _point(system, at_values.values, at_values.verdict, parameters=dict(system.values))
-    point = {**given, **zero_states, **zero_inputs}
-    if not system.parameters and (found := _in_decimals(system, rates, given, point)) is not None:
+    if not system.parameters and (found := _in_decimals(system, rates, given, at_zero)) is not None:
         return found
-    verdict = rests(system, rates, point, _claim(system))
+    verdict = rests(system, rates, at_zero, _claim(system))
     if any(s.lower is not None or s.upper is not None for s in (*system.states, *system.inputs)):
         everywhere = operating_point(_without_ranges(system))
         if everywhere.verdict.holds:
             outside = {s.name: everywhere.values[s.symbol] for s in (*system.states, *system.inputs)}
             reason = "an equilibrium lies outside the declared ranges"
             verdict = Verdict.refuted(_claim(system), **{**verdict.evidence, "reason": reason, "outside": outside})
-    return _point(system, point, verdict)
+    return _point(system, at_zero, verdict)
 
 
-def _inputs_at_zero(system: System, zero_inputs: Mapping[sp.Symbol, sp.Expr]) -> Equilibrium | None:
+def _inputs_at_zero(
+    system: System,
+    rates: tuple[sp.Expr, ...],
+    point: Mapping[sp.Symbol, sp.Expr],
+    zero_inputs: Mapping[sp.Symbol, sp.Expr],
+) -> Equilibrium | None:
     """The point in decimals with the inputs left out at zero, which no formula writes down: a reactor at rest, say."""
-    if not system.values:
-        return None
-    found = operating_point(system.with_values())
-    return found if found.verdict.holds and all(found.inputs[u] == zero_inputs[u] for u in zero_inputs) else None
+    at_values = operating_point(system.with_values()) if system.values else None
+    found = at_values or (None if system.parameters else _in_decimals(system, rates, given_values(system), point))
+    holds = found is not None and found.verdict.holds
+    return found if holds and all(found.inputs[u] == value for u, value in zero_inputs.items()) else None
 
 
 def nearest_to_zero(system: System) -> dict[sp.Symbol, sp.Expr]:

@@ -19,6 +19,7 @@ from ulna.system import System
 Answers = dict[str, Answer]
 
 _STATES = ("controllability_rank", "observability_rank")
+_IN_PART = ("rest_points",)
 _SURE = {Status.UNDECIDED: 0, Status.SUPPORTED: 1, Status.REFUTED: 2, Status.PROVED: 2}
 
 
@@ -30,14 +31,14 @@ def consistent(
     The theorems (A. Isidori, Nonlinear Control Systems, 3rd ed., chapters 4 and 5): relative degrees that add up to n
     make ranks full and the state linearisable, with zero dynamics that are a point; so does a law without internal
     dynamics; a rank at the point is at most the generic one; a proved relative degree has a regular decoupling matrix
-    where it is asked for. An undecided answer has no value.
+    where it is asked for. An undecided answer has no value, but for rest points: those that were found.
 
     Args:
         system: the plant.
         answers: by key, as found.
         where: a number for every state and parameter at the operating point; left out, nothing is asked about it.
     """
-    found = {key: _undecided_without_value(answer) for key, answer in answers.items()}
+    found = {key: answer if key in _IN_PART else _undecided_without_value(answer) for key, answer in answers.items()}
     if where is not None:
         _defined(found, system, where)
     n = len(system.states)
