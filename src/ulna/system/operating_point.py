@@ -104,8 +104,9 @@ def _inputs_at_zero(
     """The point in decimals with the inputs left out at zero, which no formula writes down: a reactor at rest, say."""
     at_values = operating_point(system.with_values()) if system.values else None
     found = at_values or (None if system.parameters else _in_decimals(system, rates, given_values(system), point))
-    holds = found is not None and found.verdict.holds
-    return found if holds and all(found.inputs[u] == value for u, value in zero_inputs.items()) else None
+    if found is None or not found.verdict.holds or any(found.inputs[u] != zero_inputs[u] for u in zero_inputs):
+        return None
+    return found
 
 
 def nearest_to_zero(system: System) -> dict[sp.Symbol, sp.Expr]:

@@ -155,7 +155,7 @@ def analyse(
         if side is None:
             raise
         found = analyse(side.system, questions=wanted, within=within, seconds=seconds, groups=groups, told=told)
-        return replace(found, system=system, answers={key: on_side(a, side) for key, a in found.answers.items()})
+        return replace(found, system=system, answers={key: on_side(a, side) for key, a in found.items()})
     end = worked() + groups * seconds * patience()
     here = equilibrium_in_numbers(system)
     numbers = consistent(system, structure_answers(system, here, keys), here.where)
@@ -171,11 +171,10 @@ def analyse(
     answers = consistent(system, answers, here.where)
     if "control" in answers and _open(answers["control"]) and _law_in_numbers_exists(system, answers):
         answers |= {"control": law_in_numbers(system).get("control", answers["control"])}
-    answers = asked_on_one_side(
-        {key: answers[key] for key in wanted},
-        side,
-        lambda keys: analyse(side.system, questions=keys, seconds=seconds, groups=groups) if side else {},
-    )
+    answers = {key: answers[key] for key in wanted}
+    if side is not None:
+        part = partial(analyse, side.system, seconds=seconds, groups=groups)
+        answers = asked_on_one_side(answers, side, lambda keys: part(questions=keys))
     return Analysis(system=system, point=equilibrium(system), answers=answers)
 
 

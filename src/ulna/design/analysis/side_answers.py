@@ -14,19 +14,18 @@ _EVERYWHERE = ("rest_points",)
 
 
 def asked_on_one_side(
-    answers: Mapping[str, Answer], side: OneSide | None, ask: Callable[[Collection[str]], Mapping[str, Answer]]
+    answers: Mapping[str, Answer], side: OneSide, ask: Callable[[Collection[str]], Mapping[str, Answer]]
 ) -> dict[str, Answer]:
     """The answers to questions left open, of the plant that there is on that side; each says so.
 
     Args:
         answers: of the whole plant.
-        side: the plant on one side, None where the point lies on a kink.
+        side: the plant on one side.
         ask: answers questions about that plant.
     """
     open_keys = [k for k, a in answers.items() if a.verdict.status is Status.UNDECIDED and k not in _EVERYWHERE]
-    if side is None or not open_keys:
-        return dict(answers)
-    return {**answers, **{k: on_side(a, side) for k, a in ask(open_keys).items() if not _open(a)}}
+    found = ask(open_keys) if open_keys else {}
+    return {**answers, **{k: on_side(a, side) for k, a in found.items() if not _open(a)}}
 
 
 def on_side(answer: Answer, side: OneSide) -> Answer:
