@@ -18,9 +18,9 @@ from pages import run_page
 import ulna
 from ulna.base import PlantError, SimulationError
 from ulna.loop import EndStop, Hardware, Loop, MeasurementNoise, Quantiser, Saturation
-from ulna.page import LoopScript, json_text, loop_script, replay_data
+from ulna.page import LoopScript, SetPointSource, json_text, loop_script, replay_data
 from ulna.program import Plain
-from ulna.system import Definition, Parameter, Signal, System
+from ulna.system import Definition, Parameter, Signal, System, system_from_mapping
 
 pytestmark = pytest.mark.skipif(node() is None, reason="there is no node")
 
@@ -47,6 +47,61 @@ def _made() -> LoopScript:
 
 def _final(loop: Loop, seconds: float, **options: Any) -> list[float]:
     return [float(v) for v in ulna.simulate(loop, START, seconds, **options).states[-1]]
+
+
+FOLLOWER = system_from_mapping(
+    {
+        "name": "follower",
+        "inputs": {NAMES[0]: {}, NAMES[1]: {}, "q_ref": {}},
+        "outputs": {"u": f"3*(q_ref - {NAMES[0]}) - {NAMES[1]}"},
+    }
+)
+LEVER = SetPointSource(
+    system=System(
+        name="lever",
+        states=(Signal(name="place"),),
+        rates=(sp.Symbol("place", real=True) * sp.Rational(9, 10) + sp.Symbol("grip", real=True) / 10,),
+        inputs=(Signal(name="grip"), Signal(name="white")),
+        outputs=(Signal(name="q_ref"), Signal(name="trembling")),
+        readouts=(sp.Symbol("place", real=True), sp.Symbol("white", real=True)),
+        period=sp.Rational(1, 200),
+    ),
+    text="the lever moves the set point", held={"grip": "g"}, noise=("white",), starts={"place": "q_ref"},
+)  # fmt: skip
+
+
+def test_what_a_hand_holds_moves_the_set_point_by_way_of_a_source(tmp_path: Path) -> None:
+    loop = Loop(plant=PLANT, controller=FOLLOWER, hardware=Hardware(period=PERIOD, arithmetic=Plain()))
+    made = loop_script(loop, initial=START, check=0.5, source=LEVER)
+    body = """
+    loop.set("grip", 1); loop.step(10);
+    const held = loop.get("q_ref"), kept = loop.snapshot();
+    const noise = []; for (let k = 0; k < 400; k++) { loop.step(); noise.push(loop.get("trembling")); }
+    loop.restore(kept); loop.step(); const again = loop.get("trembling");
+    loop.setOption("source", false); loop.set("q_ref", -0.5); loop.step(5); const own = loop.get("q_ref");
+    loop.setOption("source", true); loop.set("grip", -0.5); loop.step(5); const taken = loop.get("q_ref");
+    const mean = noise.reduce((a, b) => a + b) / 400, power = noise.reduce((a, b) => a + b * b, 0) / 400;
+    return [held, again === noise[0], own, taken, mean, power, loop.check().same];"""
+    held, again, own, taken, mean, power, same = run_page(made, body, tmp_path)
+    # The sample at 0 had no grip yet; each later one takes a tenth of what is missing.
+    assert held == pytest.approx(1 - 0.9**9, rel=1e-12)
+    assert (again, own, same) == (True, -0.5, True)
+    assert taken == pytest.approx(-0.5, rel=1e-12)
+    assert abs(mean) < 0.2
+    assert 0.8 < power < 1.25
+
+
+@pytest.mark.parametrize(
+    ("loop", "source", "said"),
+    [
+        (Loop(plant=PLANT, controller=FOLLOWER), LEVER, "there is no processor"),
+        (LOOP, LEVER, "none of its outputs is a reference"),
+        (LOOP, replace(LEVER, system=replace(LEVER.system, period=sp.Rational(1, 50))), "steps of 0.02 s"),
+    ],
+)
+def test_a_source_that_does_not_fit_its_loop_is_refused(loop: Loop, source: SetPointSource, said: str) -> None:
+    with pytest.raises(SimulationError, match=said):
+        loop_script(loop, initial=START, check=0, source=source)
 
 
 STATES = f"return {json.dumps(NAMES)}.map((name) => loop.get(name));"

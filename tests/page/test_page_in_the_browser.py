@@ -5,14 +5,15 @@ from __future__ import annotations
 from contextlib import contextmanager
 
 import pytest
+import sympy as sp
 from browser import Opened, chromium
 
 from ulna import simulate
 from ulna.base import SimulationError
 from ulna.loop import Hardware, Loop, Saturation
-from ulna.page import studio
+from ulna.page import SetPointSource, studio
 from ulna.program import Plain
-from ulna.system import system_from_mapping
+from ulna.system import Signal, System, system_from_mapping
 
 HOSTILE = "</script><script>alert(1)</script> \"'`${alert(1)}<b>"
 
@@ -154,6 +155,31 @@ def test_everything_goes_by_keys_alone(browser, arm):
         assert shown.value("ulnaPage.loops[0].input('push_om')") < 0
         shown.page.keyboard.up("Enter")
         assert shown.value("ulnaPage.loops[0].input('push_om')") == 0
+
+
+def test_a_held_key_moves_the_set_point_until_it_is_let_go_or_moved_by_hand(browser, tmp_path):
+    place, grip = (sp.Symbol(name, real=True) for name in ("place", "grip"))
+    lever = System(
+        name="lever", states=(Signal(name="place"),), rates=(place + grip / 50,), inputs=(Signal(name="grip"),),
+        outputs=(Signal(name="y_ref"), Signal(name="shown")), readouts=(place, grip), period=sp.Rational(1, 100),
+    )  # fmt: skip
+    source = SetPointSource(system=lever, text="the lever moves it", held={"grip": "g"}, starts={"place": "y_ref"})
+    loop = Loop(plant=_pendulum(), controller=_law(40), hardware=Hardware(period=0.01, arithmetic=Plain()))
+    path = studio(loop, out=tmp_path / "lever.html", source=source, check=0, initial={"th": 0, "om": 0})
+    with opened(browser, path) as shown:
+        shown.page.keyboard.down("g")
+        shown.until("ulnaPage.input('y_ref') > 0.2")
+        shown.page.keyboard.up("g")
+        held = shown.value("ulnaPage.input('y_ref')")
+        shown.until("ulnaPage.loops[0].get('shown') === 0")
+        assert shown.page.is_checked("#held input[type=checkbox]")
+        shown.page.focus("#stage")
+        shown.page.keyboard.press("ArrowLeft")
+        assert not shown.page.is_checked("#held input[type=checkbox]")
+        assert "by hand" in shown.page.inner_text("#said")
+        present = shown.value("ulnaPage.input('y_ref')")
+        shown.until(f"Math.abs(ulnaPage.loops[0].get('y_ref') - {present}) < 1e-9")
+        assert 0 < present < held + 0.2
 
 
 def test_it_goes_back_and_its_address_brings_the_state_back(browser, arm):

@@ -5,10 +5,12 @@ from ulna.page.inside import live_blocks
 from ulna.page.replay import replay_data
 from ulna.page.report import report_page, report_text
 from ulna.page.script import LoopScript, loop_script, runtime_script
+from ulna.page.source import SetPointSource
 from ulna.page.writing import studio, studio_text
 
 __all__ = [
     "LoopScript",
+    "SetPointSource",
     "json_text",
     "live_blocks",
     "loop_script",

@@ -27,7 +27,7 @@ class Asked:
 
     Attributes:
         parameters: SI, every one of the plant's. initial: a row, a mapping or None. inputs: SI by name.
-        pushes: states that a hand may move. check: s of the recorded run.
+        pushes: states that a hand may move. check: s of the recorded run. source: what moves set points, if anything.
     """
 
     parameters: Mapping[str, float]
@@ -35,6 +35,7 @@ class Asked:
     inputs: Mapping[str, float]
     pushes: tuple[str, ...]
     check: float
+    source: Any = None
 
 
 def pushed(plant: System, states: Sequence[str]) -> System:
@@ -113,6 +114,8 @@ def with_vector(facts: dict[str, Any], record: Callable[[], dict[str, Any]], mad
     begin = [[each["given"], each["value"]] for each in (*facts["references"], *facts["disturbances"])]
     rows = (*facts["parameters"], *facts["initial"])
     begin += [[each["slot"], each["value"]] for each in rows if each.get("slot") in made.places]
-    begin += [[f"option_{each['name']}", float(each["value"])] for each in facts["options"]] + [["seed", 1.0]]
+    # The recorded run has its set points held.
+    options = [(each["name"], each["value"] and each["name"] != "source") for each in facts["options"]]
+    begin += [[f"option_{name}", float(value)] for name, value in options] + [["seed", 1.0]]
     held = [each.get("value", 0.0) for each in facts["commands"]]
     facts["vector"] = {**vector, "begin": begin + vector["begin"], "held": held}

@@ -69,6 +69,7 @@ def page_text(
         notes=notes,
         hint=hint,
         legend=legend,
+        held=", ".join(each["key"].upper() for each in payload["loops"][0]["facts"].get("held", ())),
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import PlantError, unit
-from ulna.loop import Fitted, Loop, Pwm
+from ulna.loop import Amplifier, Fitted, Loop, Pwm
 from ulna.page.program import Program
 from ulna.page.sampled import SPARE, retimed
 from ulna.symbolic.compiling import rounded
@@ -19,6 +19,8 @@ FINE = 2.0**-500
 """The step of an encoder that is switched off: a power of two, so small that the value passes through to the bit."""
 FINE_SINGLE = 2.0**-80
 """The same where numbers are floats."""
+CELL = "cell"
+"""V at no load, among the numbers of an `Amplifier`, and `cell_resistance`, ohm: what makes a battery of it."""
 
 
 def signal_facts(signal: Signal, **more: Any) -> dict[str, Any]:
@@ -113,6 +115,7 @@ def sampled_options(made: Program, loop: Loop) -> list[dict[str, Any]]:
         "noise": ("measured values are noisy", _each(own.noises, {"std": 0.0})),
         "limits": ("commands are limited", _each(own.saturations, wide)),
         "slew": ("commands change no faster than their rate", _each(own.slews, {"change": math.inf})),
+        "battery": ("the battery sags behind its resistance", _batteries(own)),
         "jitter": ("samples come late by chance", {"jitter": 0.0} if hardware.jitter else {}),
         "missed": ("samples are missed by chance", {"missed_share": 0.0} if hardware.missed else {}),
     }
@@ -141,6 +144,17 @@ def sampled_options(made: Program, loop: Loop) -> list[dict[str, Any]]:
         )
     made.constants["switches"] = switches
     return found
+
+
+def _batteries(own: Fitted) -> dict[str, float]:
+    """What an ideal supply has in place of the battery of each drive whose numbers name one."""
+    drives = [(k, each) for k, each in enumerate(own.drives) if isinstance(each, Amplifier)]
+    return {
+        f"drive{k}_{name}": ideal
+        for k, each in drives
+        if math.isfinite(each.numbers.get(CELL, math.inf))
+        for name, ideal in ((CELL, math.inf), (f"{CELL}_resistance", 0.0))
+    }
 
 
 def _cuts(own: Fitted) -> bool:

@@ -11,6 +11,7 @@ from ulna.page.asked import Asked, complete, identity, input_facts, pushed, with
 from ulna.page.facts import limits_of, parameter_facts, sampled_options, sampled_signals, signal_facts, stops_of
 from ulna.page.program import Program
 from ulna.page.sampled import plain, sampled_program
+from ulna.page.source import add_source
 from ulna.page.start import check_inputs, point_of, reference_at_start, states_at_start
 from ulna.page.vector import Begin, sampled_vector
 from ulna.program import Plain
@@ -45,6 +46,8 @@ def sampled_script(loop: Loop, asked: Asked) -> tuple[Program, dict[str, Any]]:
         "arithmetic": hardware.arithmetic.precision.value,
         "speed": _speed_of(own.fit({}).period),
     }
+    if asked.source is not None:
+        add_source(made, facts, asked.source, own)
     complete(made, facts, own.fit({}).period)
     made.begin.update(
         {"whole_delay": float(own.fit({}).whole_delay), "steps": 1.0, "least_steps": 1.0, "option_drive": 1.0}

@@ -13,6 +13,7 @@ from ulna.page.asked import Asked
 from ulna.page.continuous_script import continuous_script
 from ulna.page.facts import parameter_values
 from ulna.page.sampled_script import sampled_script
+from ulna.page.source import SetPointSource
 from ulna.system import as_system
 
 ENGINE = ("random", "sampled", "flowing", "loop", "check", "replay", "clock")
@@ -52,6 +53,7 @@ def loop_script(
     inputs: Mapping[str, float] | None = None,
     pushes: Sequence[str] = (),
     check: float = 2.0,
+    source: SetPointSource | None = None,
 ) -> LoopScript:
     """A loop as JavaScript that computes, to the last bit, what `simulate` computes of it under `Plain()` arithmetic.
 
@@ -65,9 +67,11 @@ def loop_script(
         inputs: SI numbers that references and disturbances begin with.
         pushes: states of the plant to whose rate the page may add something: `push_<state>`, a hand on it.
         check: s of a run of `simulate` that the page compares itself with; 0 for none.
+        source: what moves the set points of a loop with a processor, where a hand holds it.
 
     Raises:
-        PlantError: parameters without a value. SimulationError: names and numbers that fit nothing, nothing that moves.
+        PlantError: parameters without a value.
+        SimulationError: names and numbers that fit nothing, nothing that moves, a source of a loop without processor.
     """
     given = loop if isinstance(loop, Loop) else None
     system = loop.plant if isinstance(loop, Loop) else as_system(loop)
@@ -79,9 +83,13 @@ def loop_script(
         inputs=dict(inputs or {}),
         pushes=tuple(pushes),
         check=check,
+        source=source,
     )
     if given is not None and given.sampled:
         made, facts = sampled_script(given, asked)
+    elif source is not None:
+        found = "there is no processor, which asks it once a sample."
+        raise SimulationError(f"a page of '{system.name}' with a source", found, "Give the loop Hardware(period=...).")
     else:
         made, facts = continuous_script(given, system, asked)
     return LoopScript(script=made.text, facts=facts)

@@ -31,6 +31,7 @@ from ulna.page.payload import (
 from ulna.page.region import region_of
 from ulna.page.replay import plant_of, replay_payload
 from ulna.page.script import loop_script
+from ulna.page.source import SetPointSource
 from ulna.plants import PlantLike, as_plant
 from ulna.sim import Trajectory
 from ulna.system import System
@@ -49,6 +50,7 @@ def studio(
     certificate: Certificate | None = None,
     paused: bool = False,
     check: float = 2.0,
+    source: SetPointSource | None = None,
 ) -> Path:
     """The path of a page on which loops move and can be driven by hand: one HTML file that needs nothing else.
 
@@ -67,6 +69,7 @@ def studio(
         certificate: its region is drawn in the phase plane.
         paused: whether the page stands still until it is started.
         check: s of a run that is recorded here and compared, bit for bit, when the page opens; 0 for none.
+        source: what a hand holds to move the set points, in discrete time, of loops with a processor.
 
     Raises:
         SimulationError: no loop or more than 12, loops of different plants, names that are not as many, a recorded run
@@ -83,7 +86,7 @@ def studio(
     """
     made = studio_text(
         *loops, names=names, initial=initial, parameters=parameters, inputs=inputs, certificate=certificate,
-        paused=paused, check=check,
+        paused=paused, check=check, source=source,
     )  # fmt: skip
     if out is not None:
         return written(Path(out), made)
@@ -105,8 +108,12 @@ def studio_text(
     paused: bool = False,
     check: float = 2.0,
     poles: bool = True,
+    source: SetPointSource | None = None,
 ) -> str:
-    """The page of `studio` as text; `poles`: whether those at rest are sought, which may take a second a loop."""
+    """The page of `studio` as text.
+
+    `poles`: whether those at rest are sought, which may take a second a loop.
+    """
     if any(isinstance(each, Trajectory) for each in loops):
         fixed = {"initial": initial, "parameters": parameters, "inputs": inputs}
         return _replay_text(loops, names, fixed, certificate=certificate, paused=paused)
@@ -132,6 +139,7 @@ def studio_text(
             body if body.controller is not None or body.hardware is not None else body.plant,
             initial=start_of(body, start, settled=initial is None), parameters=parameters,
             inputs=_own(body, inputs, pushes), pushes=pushes, check=check,
+            source=source,
         )
         for body, start in zip(bodies, starts, strict=True)
     ]  # fmt: skip

@@ -10,7 +10,7 @@ function ulnaLoop(program, facts) {
   const read = new Map(), inputs = new Map(), initial = new Map(), options = new Map();
   const parameters = { plant: new Map(), controller: new Map() };
   for (const { name, slot } of facts.signals) if (!read.has(name)) read.set(name, at(slot));
-  for (const each of [...facts.references, ...facts.disturbances]) inputs.set(each.name, at(each.given));
+  for (const each of [...facts.references, ...facts.disturbances, ...(facts.held || [])]) inputs.set(each.name, at(each.given));
   for (const each of facts.initial) initial.set(each.name, each);
   for (const each of facts.parameters) parameters[each.owner].set(each.name, each);
   for (const each of facts.options) options.set(each.name, each);
@@ -54,7 +54,7 @@ function ulnaLoop(program, facts) {
       for (const [slot, value] of Object.entries(program.begin)) m[at(slot)] = value;
       for (const each of facts.parameters) m[at(each.slot)] = each.value;
       for (const each of facts.initial) if (each.slot || each.wanted) m[at(each.slot ?? each.wanted)] = each.value;
-      for (const each of [...facts.references, ...facts.disturbances]) m[at(each.given)] = each.value;
+      for (const each of [...facts.references, ...facts.disturbances, ...(facts.held || [])]) m[at(each.given)] = each.value;
       for (const each of facts.options) loop.setOption(each.name, each.value);
       m[at("seed")] = Math.floor(number(given.seed ?? 1, "seed"));
       for (const [name, value] of Object.entries(given.inputs ?? {})) loop.set(name, value);

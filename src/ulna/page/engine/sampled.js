@@ -17,6 +17,7 @@ function sampledCore(program) {
   const noises = program.noises.map((k) => [at(`noise${k}`), 2 * k, at(`std${k}`)]);
   const streams = 2 * measured + 2;
   const round = program.single ? Math.fround : (value) => value;
+  const source = program.source, SOURCE = source ? at("option_source") : 0;
   let seed = 1n, ofSeed = NaN;
 
   function seeded(m) {
@@ -26,6 +27,18 @@ function sampledCore(program) {
       seed = scrambled(BigInt(given));
     }
     return seed;
+  }
+
+  // What a hand holds moves the set points: once a sample, with noise of its own.
+  function led(m) {
+    const streams = source.noises.length, own = seeded(m) ^ 0x5DEECE66Dn;
+    source.noises.forEach((place, k) => { m[place] = normal(own, 2 * (m[K] * streams + k)); });
+    program.lead(m);
+  }
+
+  function beginsToLead(m) {
+    for (const place of source.memory) m[place] = 0;
+    for (const [place, given] of source.starts) m[place] = m[given];
   }
 
   // What the drive gets from the delay line, at the delay that is set now.
@@ -69,6 +82,7 @@ function sampledCore(program) {
       }
       program.constants(m);
       m[K] = 0;
+      if (source) beginsToLead(m);
       if (program.jittered) m[TIME] = m[NEXT] = m[at("jitter")] * uniform(seeded(m), 2 * measured);
       core.sample(m);
     },
@@ -87,6 +101,7 @@ function sampledCore(program) {
         m[SPAN] = period;
       }
       if (program.timed) m[at("elapsed")] = program.jittered ? m[TIME] - m[EARLIER] : period;
+      if (source && m[SOURCE]) led(m);
       for (const [place, given] of program.entries) m[place] = m[given] + 0;
       for (const [place, stream, std] of noises) {
         if (core.given === undefined) m[place] = m[std] === 0 ? 0 : normal(seeded(m), k * streams + stream);
@@ -140,6 +155,10 @@ function sampledCore(program) {
         const fraction = periods - whole;
         m[WHOLE] = whole;
         m[FRACTION] = fraction > 1e-9 ? fraction : 0;
+        return;
+      }
+      if (name === "source") {
+        if (value) beginsToLead(m);
         return;
       }
       for (const [slot, without] of program.switches[name] || []) m[at(slot)] = value ? program.begin[slot] : without;

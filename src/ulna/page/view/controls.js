@@ -1,13 +1,16 @@
 // The panels below the picture: set points, pushes, parameters, hardware, the start.
 
+const GRIP = 0.7; // effort of a muscle that a button or a key holds
+
 class Controls {
   constructor(app) {
     this.app = app;
     this.fields = []; // [{set, read}]: renewed after a rewind or an address
     if (app.replay) {
-      for (const id of ["set-points", "pushes", "parameters-fold", "hardware-fold", "starts-fold"]) byId(id).hidden = true;
+      for (const id of ["held", "set-points", "pushes", "parameters-fold", "hardware-fold", "starts-fold"]) byId(id).hidden = true;
       return;
     }
+    this._held(byId("held"));
     this._setPoints(byId("set-points"));
     this._pushes(byId("pushes"));
     this._parameters(byId("parameters"));
@@ -23,6 +26,28 @@ class Controls {
   _keep(field, read) {
     this.fields.push({ set: field.set, read });
     return field.root;
+  }
+
+  /** What a hand holds to move the set points: a slider that stays, a button and a key that act while they are held. */
+  _held(place) {
+    const { app } = this;
+    const rows = app.loops[0].facts.held || [];
+    place.hidden = !rows.length;
+    if (!rows.length) return;
+    const buttons = el("div", { class: "buttons" });
+    this.keys = new Map();
+    for (const item of rows) {
+      const read = () => app.loops[0].get(item.name);
+      const shown = { ...item, unit: "%", scale: 0.01 };
+      const held = (value) => () => { app.hold(item.name, value); this.renew(); };
+      buttons.append(holdButton(`hold ${item.name} (${item.key.toUpperCase()})`, held(GRIP), held(0)));
+      this.keys.set(item.key, [held(GRIP), held(0)]);
+      place.append(this._keep(slider({ name: item.name, item: shown, low: 0, high: 1, value: 0, text: "effort", on: (value) => app.hold(item.name, value) }), read));
+    }
+    place.prepend(buttons);
+    const item = app.loops[0].facts.options.find((each) => each.name === "source");
+    const on = toggle(item.name, item.text, app.led, (value) => (value ? app.loops.forEach((_, k) => app.setOption(k, "source", true)) : app.letGo()));
+    place.append(this._keep(on, () => app.led));
   }
 
   _setPoints(place) {
@@ -105,7 +130,7 @@ class Controls {
     const { app } = this;
     const several = app.loops.length > 1;
     app.loops.forEach((loop, k) => {
-      for (const item of loop.facts.options) {
+      for (const item of loop.facts.options.filter((each) => each.name !== "source")) {
         const read = () => app.settings[k].options[item.name] ?? item.value;
         const text = (item.text || item.name) + (several ? ` (${app.payload.loops[k].title})` : "");
         if (item.kind === "switch") place.append(this._keep(toggle(item.name, text, read(), (on) => app.setOption(k, item.name, on)), read));

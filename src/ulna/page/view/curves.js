@@ -12,6 +12,7 @@ class Curves {
   show(names) {
     for (const panel of this.panels) panel.plot.destroy();
     this.place.replaceChildren();
+    this.margin = 54;
     this.names = names.filter((name) => this.app.signal(name));
     this.panels = this.names.map((name, k) => this._panel(name, k === names.length - 1));
     this.draw();
@@ -86,7 +87,7 @@ class Curves {
         axes: [
           axis({ size: last ? 34 : 6, values: last ? (_, ticks) => ticks.map((t) => words(t, 6)) : () => [], label: last ? "time (s)" : null,
             labelSize: 16, labelFont: "12px system-ui, sans-serif", labelGap: 0, gap: 3 }),
-          axis({ size: 54, gap: 4, space: 28, values: (_, ticks) => ticks.map((t) => words(t)) }),
+          axis({ size: (_, texts) => this._margin(texts), gap: 4, space: 28, values: (_, ticks) => ticks.map((t) => words(t)) }),
         ],
         hooks: { drawAxes: [(u) => this._limits(u, name)] },
       },
@@ -94,6 +95,12 @@ class Curves {
       holder,
     );
     return { name, signal, lines, plot, values, last };
+  }
+
+  /** Room for the numbers at the side, the same for all panels, so that their times stand below each other. */
+  _margin(texts) {
+    for (const each of texts || []) this.margin = Math.max(this.margin, 14 + 7 * each.length);
+    return this.margin;
   }
 
   /** The limits of a command, where they lie in view. */

@@ -106,7 +106,23 @@ class App {
     return this.pushes.find((push) => push.position === state || push.state === state) || null;
   }
 
+  /** Whether what a hand holds moves the set points. */
+  get led() {
+    const [loop] = this.loops;
+    return Boolean(loop.facts.held) && loop.option("source");
+  }
+
+  /** A hand holds one of the source's inputs, which then moves the set points. */
+  hold(name, value) {
+    this.loops.forEach((loop, k) => {
+      if (!loop.option("source")) this.setOption(k, "source", true);
+      loop.set(name, value);
+    });
+    this.changed();
+  }
+
   input(name) {
+    if (this.led && has(this.loops[0].facts, name)) return this.loops[0].input(name);
     return this.replay && this.loops[0].has(name) ? this.loops[0].get(name) : this.inputs.get(name) ?? 0;
   }
 
@@ -116,12 +132,24 @@ class App {
     const target = this.targets.find((each) => each.name === name);
     const [low, high] = target ? target.range : row.range || [null, null];
     const held = clamp(value, low ?? -Infinity, high ?? Infinity);
+    if (target && this.led) this.letGo();
     this.inputs.set(name, held);
     for (const loop of this.loops) if (has(loop.facts, name)) loop.set(name, held);
     if (target && this.figures && target === this.targets[0]) this.figures.jumped();
     if (this.controls) this.controls.renew();
     this.noteAddress();
     this.changed();
+  }
+
+  /** The set points stay where the source left them, without a derivative, and are moved by hand from now on. */
+  letGo() {
+    for (const row of this.inputRows.filter((each) => each.kind === "reference")) {
+      const value = /_d\d+$/.test(row.name) ? 0 : this.loops[0].input(row.name);
+      this.inputs.set(row.name, value);
+      for (const loop of this.loops) if (has(loop.facts, row.name)) loop.set(row.name, value);
+    }
+    this.loops.forEach((_, k) => this.setOption(k, "source", false));
+    this.say("The set point is moved by hand.");
   }
 
   push(push, value) {
@@ -181,6 +209,7 @@ class App {
     const outputs = this.targets.map((target) => target.state || target.output);
     const states = this.signals[0].filter((s) => s.kind === "state").map((s) => s.name);
     const commands = [...new Set(this.loops.flatMap((loop) => loop.facts.commands.map((u) => u.name)))];
+    if (this.loops[0].facts.held) return [...new Set([...outputs, ...this.loops[0].facts.drawn.map((row) => row.name), ...commands])].slice(0, 6);
     const room = Math.max(1, 4 - Math.min(commands.length, 2));
     return [...new Set([...outputs, ...states])].slice(0, room).concat(commands.slice(0, 2));
   }
@@ -328,6 +357,7 @@ class App {
     if (this.plane && (turn === null || turn % 4 === 2)) this.plane.draw();
     if (turn === null || turn % 8 === 1) {
       this.curves.tell();
+      if (this.led && this.controls) this.controls.renew();
       this.figures.draw();
       this._time();
     }

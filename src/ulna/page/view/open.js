@@ -56,6 +56,18 @@ function connect(app) {
   byId("speed").addEventListener("change", (event) => app.setSpeed(Number(event.target.value)));
   byId("window").addEventListener("change", (event) => { app.curves.window = Number(event.target.value); app.noteAddress(); app.changed(); });
   document.addEventListener("keydown", (event) => keys(app, event));
+  const down = new Set();
+  const hold = (event, place) => {
+    const key = event.key.toLowerCase();
+    const run = app.controls.keys?.get(key);
+    if (!run || event.ctrlKey || event.metaKey || event.altKey || event.target.closest?.("input[type=number], select")) return;
+    if (down.has(key) === (place === 1)) run[place]();
+    if (place) down.delete(key);
+    else down.add(key);
+  };
+  document.addEventListener("keydown", (event) => hold(event, 0));
+  document.addEventListener("keyup", (event) => hold(event, 1));
+  window.addEventListener("blur", () => { for (const key of down) app.controls.keys.get(key)[1](); down.clear(); });
   window.addEventListener("hashchange", () => { fromAddress(app, location.hash); app.restart(); });
   new ResizeObserver(() => app.resize()).observe(byId("stage"));
   new ResizeObserver(() => app.resize()).observe(byId("curves"));

@@ -17,6 +17,7 @@ const PICTURES = {
       const shoulder = [pivot[0], Math.max(box.y + 8, pivot[1] - length * 0.95)];
       limb(c, shoulder, pivot, wide * 0.95, wide * 1.05, look.surface, look.rule);
       line(c, shoulder, pivot, look.rule, 3);
+      if (p.muscles.length) this.muscles(c, shoulder, pivot, polar(pivot, angle, length * 0.24), wide, p.muscles, look);
       limb(c, pivot, hand, wide, wide * 0.62, look.surface, colour);
       const side = 0.32 * wide;
       for (const sign of [-1, 1]) {
@@ -29,11 +30,19 @@ const PICTURES = {
         const radius = clamp(length * 0.1 * Math.cbrt(load / usual), 4, 34);
         line(c, hand, [hand[0], hand[1] + 9], look.muted, 2);
         disc(c, [hand[0], hand[1] + 9 + radius], radius, look.muted, look.ink, 1);
-        if (radius > 13) label(c, p.shown("load"), [hand[0], hand[1] + 9 + radius], look.back, { align: "center", size: 11, weight: "600" });
+        const text = p.shown("load"), inside = text.length * 6 < 2 * radius - 4;
+        if (inside) label(c, text, [hand[0], hand[1] + 9 + radius], look.back, { align: "center", size: 11, weight: "600" });
+        else if (length > 90) label(c, text, [hand[0], hand[1] + 17 + 2 * radius], look.muted, { align: "center", size: 11 });
       }
       disc(c, hand, wide * 0.62, colour);
       gear(c, pivot, wide * 1.15, angle, look, colour);
-      if (p.parts.current) meter(c, [pivot[0], Math.min(pivot[1] + length * 0.62, box.y + box.h - 34)], wide * 1.6, p, "current", look);
+      if (p.parts.current) meter(c, [box.x + wide * 2, box.y + box.h - 22], wide * 1.6, p, "current", look);
+    },
+    /** Biceps before and triceps behind the upper arm; they swell with their activation. */
+    muscles(c, shoulder, elbow, insertion, wide, [lift, lower], look) {
+      const top = [shoulder[0], shoulder[1] + wide * 0.6];
+      spindle(c, [top[0] + wide * 0.5, top[1]], insertion, wide * (0.42 + 0.5 * lift), look, lift);
+      spindle(c, [top[0] - wide * 0.5, top[1]], [elbow[0] - wide * 0.9, elbow[1]], wide * (0.36 + 0.5 * lower), look, lower);
     },
     ghost(c, box, p, value, look) {
       const { turn, pivot, length } = this.layout(box, p);
@@ -490,6 +499,27 @@ function gear(c, at, radius, angle, look, colour) {
     line(c, polar(at, turn, radius - 4), polar(at, turn, radius), look.muted, 2);
   }
   disc(c, at, 4, colour);
+}
+
+/** A muscle from one end to the other; the redder, the harder it works. */
+function spindle(c, from, to, swell, look, work) {
+  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+  const length = Math.hypot(dx, dy) || 1;
+  const [nx, ny] = [(-dy / length) * swell * 1.6, (dx / length) * swell * 1.6];
+  const [mx, my] = [from[0] + dx * 0.45, from[1] + dy * 0.45];
+  c.beginPath();
+  c.moveTo(...from);
+  c.quadraticCurveTo(mx + nx, my + ny, ...to);
+  c.quadraticCurveTo(mx - nx, my - ny, ...from);
+  c.fillStyle = look.surface;
+  c.fill();
+  c.globalAlpha *= 0.18 + 0.72 * work;
+  c.fillStyle = look.bad;
+  c.fill();
+  c.globalAlpha /= 0.18 + 0.72 * work;
+  c.strokeStyle = look.bad;
+  c.lineWidth = 1.25;
+  c.stroke();
 }
 
 /** A small instrument with a needle: a current, say. */

@@ -71,5 +71,7 @@ function signalsOf(facts) {
   add(facts.references, "reference");
   add(facts.estimates, "estimate");
   add(facts.disturbances, "disturbance");
+  add(facts.held, "held");
+  add(facts.drawn, "source");
   return found;
 }

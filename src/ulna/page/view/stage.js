@@ -62,6 +62,7 @@ class Stage {
     return {
       parts, name, get,
       states: loop.facts.states,
+      muscles: (loop.facts.muscles || []).map((label) => clamp(get(label), 0, 1)),
       value: (role, place = null) => (name(role, place) === undefined ? null : get(name(role, place))),
       size: (role) => (typeof parts[role] === "number" ? parts[role] : parts[role] === undefined ? null : app.parameter(parts[role], k)),
       usual: (role) => (typeof parts[role] === "number" ? parts[role] : parameter(role)?.value),

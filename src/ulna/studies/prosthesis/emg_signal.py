@@ -112,7 +112,7 @@ def synthetic_recording(
     Raises:
         RecordingError: efforts of different length, or outside [0, 1].
     """
-    from scipy.signal import butter, sosfilt
+    from scipy.signal import sosfilt
 
     efforts = [np.asarray(effort, dtype=float) for effort in (flexor, extensor)]
     if efforts[0].shape != efforts[1].shape or efforts[0].ndim != 1:
@@ -123,10 +123,9 @@ def synthetic_recording(
     count = len(effort)
     settle = int(muscles.rate)
     white = np.random.default_rng(muscles.seed).standard_normal((settle + count, 4))
-    band = butter(12, BAND, btype="bandpass", fs=muscles.rate, output="sos")
+    band, gain = shaping_sections(muscles.rate)
     shaped = np.asarray(sosfilt(band, white, axis=0))[settle:]
-    # RMS of the filtered white noise: √(band power / total power), by Parseval from the filter itself.
-    shaped = shaped / _noise_gain(band)
+    shaped = shaped / gain
     pure = muscles.amplitude * effort * shaped[:, :2]
     mixed = pure + muscles.crosstalk * pure[:, ::-1] + muscles.floor * shaped[:, 2:]
     phase = 2 * np.pi * muscles.hum_frequency * np.arange(count) / muscles.rate
@@ -153,8 +152,11 @@ def check_rate(what: str, rate: float, *, envelope: bool = False) -> None:
         )
 
 
-def _noise_gain(sections: np.ndarray) -> float:
-    from scipy.signal import sosfreqz
+def shaping_sections(rate: float) -> tuple[np.ndarray, float]:
+    """Second-order sections that give white noise the band of muscles, and the RMS that is left of it."""
+    from scipy.signal import butter, sosfreqz
 
+    sections = np.asarray(butter(12, BAND, btype="bandpass", fs=rate, output="sos"))
+    # √(band power / total power), by Parseval from the filter itself.
     _, response = sosfreqz(sections, worN=8192)
-    return math.sqrt(float(np.mean(np.abs(np.asarray(response)) ** 2)))
+    return sections, math.sqrt(float(np.mean(np.abs(np.asarray(response)) ** 2)))

@@ -126,18 +126,24 @@ def followable(position: np.ndarray, start: float, rate: float, *, pole: float =
 
     Causal; within the range of the positions.
     """
-    from scipy.signal import cont2discrete
-
-    # With time in units of 1/pole the third derivative is p - r - 3 r' - 3 r".
-    a, b = pole * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, -3.0, -3.0]]), np.array([[0.0], [0.0], [pole]])
-    grow, feed, *_ = cont2discrete((a, b, np.eye(3), np.zeros((3, 1))), 1 / rate)
+    grow, feed = following_matrices(rate, pole)
     state = np.array([start, 0.0, 0.0])
     rows = np.empty((4, len(position)))
     for k, wanted in enumerate(position):
         rows[:3, k] = state
         rows[3, k] = wanted - state[0] - 3 * state[1] - 3 * state[2]
-        state = grow @ state + feed[:, 0] * wanted
+        state = grow @ state + feed * wanted
     return rows * pole ** np.arange(4.0)[:, None]
+
+
+def following_matrices(rate: float, pole: float) -> tuple[np.ndarray, np.ndarray]:
+    """(3, 3) and (3,) of the three lags from one sample to the next, the k-th derivative over pole^k."""
+    from scipy.signal import cont2discrete
+
+    # With time in units of 1/pole the third derivative is p - r - 3 r' - 3 r".
+    a, b = pole * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, -3.0, -3.0]]), np.array([[0.0], [0.0], [pole]])
+    grow, feed, *_ = cont2discrete((a, b, np.eye(3), np.zeros((3, 1))), 1 / rate)
+    return grow, feed[:, 0]
 
 
 def _switched(

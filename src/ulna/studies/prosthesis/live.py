@@ -12,7 +12,9 @@ from ulna.page import live_blocks
 from ulna.report import Block
 from ulna.studies.prosthesis.comparison import Comparison
 from ulna.studies.prosthesis.contender import Contender
+from ulna.studies.prosthesis.demonstration import SHOWN
 from ulna.studies.prosthesis.hardware import hardware_of
+from ulna.studies.prosthesis.muscles import held_muscles
 from ulna.studies.prosthesis.plant import Bench
 from ulna.studies.prosthesis.tasks import Task
 from ulna.studies.prosthesis.trial import control_numbers, first_memory, starts_at_rest
@@ -29,6 +31,18 @@ def drive_blocks(found: Comparison) -> tuple[Block, ...]:
     return live_blocks(
         *loops, title=f"The arms of {name}, to be driven by hand", names=[each.title for each in found.contenders],
         initial=starts, check=0.0, poles=False,
+    )  # fmt: skip
+
+
+def muscle_blocks(found: Comparison) -> tuple[Block, ...]:
+    """The live page of a bench whose arm follows two muscles that a hand holds, under the load-robust compensator."""
+    bench = found.bench
+    contender = next(each for each in found.contenders if each.key == SHOWN)
+    chosen, held = found.chosen[SHOWN], next(task for task in found.tasks if task.key == "hold")
+    return live_blocks(
+        live_loop(bench, contender, chosen), title="An arm that follows two muscles, to be held by hand",
+        names=[contender.title], initial=live_start(bench, contender, chosen, held), check=0.0, poles=False,
+        source=held_muscles(bench),
     )  # fmt: skip
 
 
@@ -58,7 +72,8 @@ def _within_reach(bench: Bench) -> System:
         rows = ((s, *ends.get(s.name, (None, None))) for s in signals)
         return tuple(s if low is None else replace(s, lower=exact(low), upper=exact(high)) for s, low, high in rows)
 
-    return replace(bench.plant, inputs=ranged(bench.plant.inputs), outputs=ranged(bench.plant.outputs))
+    plant, name = bench.plant, bench.preset.name.replace("_", " ")
+    return replace(plant, name=name, inputs=ranged(plant.inputs), outputs=ranged(plant.outputs))
 
 
 def live_start(bench: Bench, contender: Contender, chosen: Mapping[str, float], task: Task) -> dict[str, float]:

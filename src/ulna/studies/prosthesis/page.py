@@ -72,7 +72,9 @@ def document(
         sections=(
             Section(anchor="short", title="In short", blocks=_short(found)),
             *(_arm_section(each, pictures, live[each.bench.preset.name]) for each in found),
-            Section(anchor="muscles", title="From muscle to motion", blocks=_muscles(pictures, muscles)),
+            Section(
+                anchor="muscles", title="From muscle to motion", blocks=_muscles(pictures, muscles, live["muscles"])
+            ),
             Section(anchor="method", title="How this was made", blocks=_method(found[0])),
         ),
     )
@@ -239,7 +241,7 @@ def _tuned_table(found: Comparison) -> Table:
     return Table(head=("controller", "numbers", "what it is"), rows=rows)
 
 
-def _muscles(pictures: Mapping[str, str], said: str) -> tuple[Block, ...]:
+def _muscles(pictures: Mapping[str, str], said: str, live: tuple[Block, ...]) -> tuple[Block, ...]:
     return (
         Text(
             text="Two muscles, flexor and extensor: band-pass, notch, rectified, envelope, normalised, dead band, "
@@ -253,6 +255,8 @@ def _muscles(pictures: Mapping[str, str], said: str) -> tuple[Block, ...]:
             caption="Muscle signals, activations, and the angle wanted (dashed) and reached.",
             description="Three panels of curves over time.",
         ),
+        Text(text="Hold the muscles yourself: two sliders, or the keys F and E, make the signals, noise and all."),
+        *live,
     )
 
 

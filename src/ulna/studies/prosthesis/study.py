@@ -18,7 +18,7 @@ from ulna.studies.prosthesis.demonstration import demonstrate
 from ulna.studies.prosthesis.emg_recording import read_recording
 from ulna.studies.prosthesis.emg_signal import Recording
 from ulna.studies.prosthesis.figures import demonstration_figure, spread_figure, task_figure
-from ulna.studies.prosthesis.live import drive_blocks
+from ulna.studies.prosthesis.live import drive_blocks, muscle_blocks
 from ulna.studies.prosthesis.page import COLUMNS, document
 from ulna.studies.prosthesis.plant import Bench, bench_of
 
@@ -75,7 +75,7 @@ def study_prosthesis(
             "presets": {each.bench.preset.name: plain_results(each) for each in found},
         }
         (place / "results.json").write_text(results_text(results), encoding="utf-8")
-        live = {each.bench.preset.name: drive_blocks(each) for each in found}
+        live = {each.bench.preset.name: drive_blocks(each) for each in found} | {"muscles": muscle_blocks(found[0])}
         page = render_page(document(found, pictures, shown.said, live))
         (place / "index.html").write_text(page, encoding="utf-8")
     return ProsthesisStudy(found=found, results=results, folder=folder, page=folder / "index.html")
