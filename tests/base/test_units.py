@@ -2,7 +2,7 @@ from fractions import Fraction
 
 import pytest
 
-from ulna.base import UnitError, dimension_text, unit
+from ulna.base import UnitError, coherent, dimension_text, unit
 
 
 def test_factors_to_si_are_exact():
@@ -15,6 +15,15 @@ def test_factors_to_si_are_exact():
 def test_degrees_are_kept_apart_because_pi_is_not_rational():
     assert unit("deg/s").degrees == 1
     assert not unit("deg").coherent
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [("bar", "Pa"), ("mm", "m"), ("deg", "rad"), ("rpm", "rad/s"), ("km/h", "m/s"), ("kHz", "Hz"), ("%", "1"),
+     ("l/min", "m^3/s"), ("mm/(s*bar)", "SI of length^2*time/mass")],
+)  # fmt: skip
+def test_the_unit_without_a_factor_is_named(text, meant):
+    assert coherent(text) == meant
 
 
 def test_equal_dimensions_have_equal_text():

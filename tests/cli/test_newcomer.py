@@ -99,6 +99,15 @@ def test_one_question_is_answered_alone_and_a_wrong_one_is_refused(seesaw):
     assert list(analyse(model("duffing"), questions=["T", "relative_degree"])) == ["relative_degree", "T"]
 
 
+def test_a_plant_rests_wherever_a_state_is_free_though_its_input_there_is_no_decimal(tmp_path):
+    cylinder = tmp_path / "cylinder.toml"
+    cylinder.write_text(
+        '[states]\nx = "v"\nv = "p - v - 2"\np = "u*sqrt(5 - p) - p"\n[inputs]\nu = {}\n[outputs]\ny = "x"\n'
+    )
+    [point] = answered("analyse", str(cylinder), "--question", "rest_points")["rest_points"]["value"]
+    assert {name: round(value, 9) for name, value in point["states"].items()} == {"x": 0, "v": 0, "p": 2}
+
+
 def test_rest_points_are_looked_for_where_it_is_said():
     near = answered("analyse", "duffing", "--question", "rest_points", "--within", "x1=0.5:2")
     assert all(0.5 <= point["states"]["x1"] <= 2 for point in near["rest_points"]["value"])

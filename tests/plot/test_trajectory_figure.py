@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from ulna.base import SimulationError, UlnaError, UlnaWarning
 from ulna.design import SetPoint, close_loop, controller_for
 from ulna.plants import model
 from ulna.plot import plot_trajectories, plot_trajectory
-from ulna.sim import Held, Trajectory, simulate
+from ulna.sim import Held, Outcome, Trajectory, simulate
 
 
 @pytest.fixture(scope="module")
@@ -64,3 +66,4 @@ def test_a_run_of_two_instants_says_that_the_line_between_them_is_no_motion() ->
     run = simulate(model("duffing"), (1.0, 0.0), 5.0)
     with pytest.warns(UlnaWarning, match="keeps its start and its end only"):
         plot_trajectory(run)
+    plot_trajectory(replace(run, outcome=Outcome.EDGE))  # it ended there: all its instants are shown

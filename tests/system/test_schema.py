@@ -75,7 +75,8 @@ def test_a_parameter_keeps_its_unit_and_has_an_si_value():
         ({"states": {"theta": {"unit": "rad"}, "omega": PENDULUM["states"]["omega"]}}, PlantError, "missing"),
         ({"states": {**PENDULUM["states"], "theta": {"unit": "rad", "equation": "theta"}}}, UnitError, "rad/s"),
         ({"states": {**PENDULUM["states"], "theta": {"unit": "furlongz", "equation": "omega"}}}, UnitError, "furlongz"),
-        ({"states": {**PENDULUM["states"], "theta": {"unit": "deg", "equation": "omega"}}}, PlantError, "coherent"),
+        ({"states": {**PENDULUM["states"], "theta": {"unit": "deg", "equation": "omega"}}}, PlantError, "write 'rad'"),
+        ({"operating_point": {"theta": "2 m"}}, UnitError, "'m' measures length"),
         ({"definitions": {"a": "b", "b": "a"}}, PlantError, "cyclic"),
         ({"parameters": {**PENDULUM["parameters"], "g": {"value": "nan", "unit": "m/s^2"}}}, FormulaError, "nan"),
         (
@@ -174,3 +175,8 @@ def test_definitions_that_would_grow_into_billions_of_terms_are_refused(levels: 
             system_from_mapping(data)
     else:
         assert system_from_mapping(data).states
+
+
+def test_an_operating_point_may_carry_units():
+    point = system_from_mapping({**PENDULUM, "operating_point": {"theta": "30 deg", "omega": "60 rpm"}}).operating_point
+    assert dict(point) == {"theta": sp.pi / 6, "omega": 2 * sp.pi}

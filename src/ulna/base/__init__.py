@@ -19,7 +19,7 @@ from ulna.base.formula_element import mathml
 from ulna.base.letters import LETTERS
 from ulna.base.machine import HAS_FORK, HAS_TIMER, cores, lock_alone
 from ulna.base.tables import html_table, number_text
-from ulna.base.units import Dimension, Unit, dimension_text, unit
+from ulna.base.units import Dimension, Unit, coherent, dimension_text, unit
 from ulna.base.verdict import Status, Verdict, all_of, evidence_label, told_evidence
 
 __all__ = [
@@ -41,6 +41,7 @@ __all__ = [
     "UnitError",
     "Verdict",
     "all_of",
+    "coherent",
     "cores",
     "dimension_text",
     "evidence_label",

@@ -116,7 +116,9 @@ def unit(text: str) -> Unit:
     depth = list(accumulate((sign == "(") - (sign == ")") for sign in shape))
     if text[place:].strip() or len(text) > 60 or _WRONG.search(shape) or depth[-1] or min(depth) < 0:
         raise UnitError(
-            f"unit '{text[:60]}'", "this is not the text of a unit.", "Write products and quotients such as 'N*m/A'."
+            f"unit '{text[:60]}'",
+            "this is not the text of a unit.",
+            "Write products, quotients and whole powers: 'N*m/A', 'kg*m^2'.",
         )
     found, signs, sign = _made(text), [1], 1
     for token in tokens:
@@ -130,6 +132,22 @@ def unit(text: str) -> Unit:
                 signs.pop()
         sign = -signs[-1] if token["sign"] == "/" else signs[-1]
     return found
+
+
+_COHERENT = (
+    "m", "m/s", "m/s^2", "kg", "s", "Hz", "A", "K", "mol", "cd", "N", "N*m", "Pa", "W", "V", "ohm", "H", "F", "C", "Wb",
+    "T", "S", "m^2", "m^3", "m^3/s", "kg*m^2", "mol/m^3",
+)  # fmt: skip
+_ANGULAR = ("rad", "rad/s", "rad/s^2")
+
+
+def coherent(text: str) -> str:
+    """The SI unit without a factor for what a unit measures: `Pa` for `bar`, `rad/s` for `rpm`, `m/s` for `km/h`."""
+    asked = unit(text)
+    for known in _ANGULAR if asked.degrees else _COHERENT:
+        if unit(known).dimension == asked.dimension:
+            return known
+    return "1" if not asked.dimension else f"SI of {dimension_text(asked.dimension)}"
 
 
 def _made(text: str, factor: Fraction = Fraction(1), degrees: int = 0, dimension: Dimension | None = None) -> Unit:

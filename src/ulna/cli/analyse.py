@@ -143,6 +143,8 @@ def _as_text(key: str, answer: Answer, *, evidence: bool, exact: bool) -> tuple[
 
 def _lines(key: str, value: Any, exact: bool) -> dict[str, str]:
     """The rows of an answer: a vector's entries and a mapping's below each other, everything else as one."""
+    if key == "rest_points" and value == []:
+        return {"": "none"}
     if key == "rest_points" and value:
         return {str(k): _rest_point(each, exact) for k, each in enumerate(value, start=1)}
     if key == "singular_set" and getattr(value, "is_number", False) and value != 0:

@@ -61,7 +61,7 @@ def plot_trajectories(
     if not runs:
         raise UlnaError("a figure of trajectories", "there is no run to draw.")
     first = next(iter(runs.values()))
-    if any(len(run.times) == 2 for run in runs.values()):
+    if any(len(run.times) == 2 and run.outcome.finished for run in runs.values()):
         warnings.warn(
             "the run keeps its start and its end only, and between them a straight line is drawn. Give the instants to "
             "be kept: simulate(loop, initial, np.linspace(0, 5, 501)).",

@@ -12,11 +12,12 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.base import PlantError, UnitError, unit
+from ulna.base import PlantError, UnitError, coherent, unit
 from ulna.symbolic.formulas import exact, exact_text, parse_formula
 from ulna.system.dimensions import check_dimensions
 from ulna.system.holder import SystemLike, as_system
 from ulna.system.picture import picture_of, picture_to_mapping
+from ulna.system.quantity import quantity
 from ulna.system.signal import Definition, Parameter, Signal
 from ulna.system.system import System
 
@@ -75,6 +76,7 @@ def system_from_mapping(data: Mapping[str, Any], *, where: str = "plant") -> Sys
     _check_unique(data, where)
     definitions = _definitions(data.get("definitions", {}), names, where)
     names |= {d.name: d.symbol for d in definitions}
+    units = {signal.name: signal.unit or None for signal in (*states, *inputs, *outputs)}
     system = System(
         name=_words(data, "name", where) or Path(where).stem,
         period=_period(data, where),
@@ -89,7 +91,7 @@ def system_from_mapping(data: Mapping[str, Any], *, where: str = "plant") -> Sys
         correlations=_correlations(data, where),
         definitions=definitions,
         operating_point=tuple(
-            (name, _number(value, f"operating point of '{name}' in {where}"))
+            (name, _at_point(value, units.get(name), f"operating point of '{name}' in {where}"))
             for name, value in data.get("operating_point", {}).items()
         ),
         picture=picture_of(data.get("picture"), states=states, parameters=parameters, where=where),
@@ -200,8 +202,8 @@ def _signals(data: Mapping[str, Any], section: str, where: str) -> tuple[Signal,
         if not unit(text).coherent:
             raise PlantError(
                 asked,
-                f"its unit '{text}' is not coherent with SI.",
-                "Signals are SI inside: write rad, m, A, V. Parameters may carry any unit.",
+                f"its unit '{text}' is not a coherent SI unit.",
+                f"States, inputs and outputs are in SI: write '{coherent(text)}'. Parameters may have any unit.",
             )
         lower, upper = _range(row, asked)
         signal = Signal(name=name, unit=text, text=_words(row, "text", asked), lower=lower, upper=upper)
@@ -317,6 +319,10 @@ def _number(value: Any, asked: str) -> sp.Expr:
         return exact(value)
     except (ValueError, TypeError):
         raise PlantError(asked, f"{_shown(value)} is not a finite number.", "Give a number such as 0.1.") from None
+
+
+def _at_point(value: Any, unit_text: str | None, asked: str) -> sp.Expr:
+    return quantity(value, asked, unit=unit_text) if isinstance(value, str) else _number(value, asked)
 
 
 def _equations(data: Mapping[str, Any], section: str, names: Mapping[str, sp.Expr], where: str) -> tuple[sp.Expr, ...]:

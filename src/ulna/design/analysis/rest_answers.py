@@ -30,7 +30,8 @@ def rest_points(system: System, within: Mapping[str, tuple[float, float]] | None
     key = "rest_points"
     try:
         here = equilibrium(system)
-        inputs = {u.name: here[u.name] if system.values else here.inputs[u.symbol] for u in system.inputs}
+        # Exact: with a rounded input nothing rests where a state is free, as a position is.
+        inputs = {u.name: here.inputs[u.symbol].xreplace(system.values) for u in system.inputs}
         found = equilibria(system, within, inputs=inputs, seconds=_SECONDS)
         at = {s.name: here[s.name] for s in system.states}
     except PlantError as error:
