@@ -12,9 +12,9 @@ from ulna.system.input_substitution import InputSubstitution, substitute_input
 from ulna.system.kalman_filter import KalmanFilter
 from ulna.system.linear_injection import LinearInjection
 from ulna.system.linearisation import Linearisation, linearise
+from ulna.system.number_with_unit import quantity
 from ulna.system.operating_point import equilibrium_in_numbers, given_point, known_signs, stand_ins, starting_point
 from ulna.system.picture import Picture
-from ulna.system.quantity import quantity
 from ulna.system.ranges import STAY_INSIDE, declared_range, out_of_range
 from ulna.system.right_hand_side import SystemKernel, system_kernel
 from ulna.system.schema import system_from_mapping, system_to_mapping

@@ -16,8 +16,8 @@ from ulna.base import PlantError, UnitError, coherent, unit
 from ulna.symbolic.formulas import exact, exact_text, parse_formula
 from ulna.system.dimensions import check_dimensions
 from ulna.system.holder import SystemLike, as_system
+from ulna.system.number_with_unit import quantity
 from ulna.system.picture import picture_of, picture_to_mapping
-from ulna.system.quantity import quantity
 from ulna.system.signal import Definition, Parameter, Signal
 from ulna.system.system import System
 
