@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from terminal import answered, entry_point, refused, ulna
+from terminal import MASS, answered, entry_point, refused, ulna, written
 
 from ulna.design import Poles, controller_form, state_feedback
 from ulna.plants import model
@@ -72,6 +72,9 @@ def test_a_plant_without_observer_form_has_other_observers(other):
         (["--controller-poles", "-1,-2", "--track", "--set-point"], "they exclude each other"),
         (["--controller-poles", "-1,-2", "--best"], "they exclude each other"),
         (["--input-output", "--local", "--best"], "they exclude each other"),
+        (["--controller-poles", "-1,-2", "--catch", "x=1"], "it belongs to a swing-up"),
+        (["--controller-poles", "-1,-2", "--push", "3"], "it belongs to a swing-up"),
+        (["--controller-poles", ""], "its value is empty"),
         (["--observer-poles", "-1,-2", "--kalman", "1,1:1"], "they exclude each other"),
         (["--high-gain", "0.1"], "it needs the poles of the error"),
         (["--observer-poles", "-1,-2", "--integral"], "there is no law to add it to"),
@@ -85,6 +88,13 @@ def test_a_plant_without_observer_form_has_other_observers(other):
 )
 def test_options_that_do_not_go_together_are_one_clear_error(arguments, reason):
     assert reason in refused("design", "duffing", *arguments)
+
+
+def test_what_a_command_reads_is_not_written_over(tmp_path):
+    file = written(MASS, tmp_path / "mass.toml")
+    for option in ("--out", "--plot"):
+        assert "this file is read by the same command" in refused("design", file, "--best", option, file)
+    assert (tmp_path / "mass.toml").read_text() == MASS
 
 
 def test_an_observer_of_a_plant_without_output_is_refused_for_that(tmp_path):

@@ -39,7 +39,9 @@ def test_the_quick_study_on_counts_of_a_converter_writes_a_page_that_needs_nothi
     assert json.loads((out / "results.json").read_text(encoding="utf-8"))["muscles"] == said
     assert "index.html" in result.stdout
     page = (out / "index.html").read_text(encoding="utf-8")
-    assert page.count("<iframe") == 2  # the arms to drive by hand and the muscles, apart from the page and standing still
+    assert (
+        page.count("<iframe") == 2
+    )  # the arms to drive by hand and the muscles, apart from the page and standing still
     assert '"paused":true' in page
     assert not re.search(r"<(?:script|animate)", re.sub(r"srcdoc='[^']*'", "", page))
     assert not re.search(r"(?:src|href)=\"https?:", page)

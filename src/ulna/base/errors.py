@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
+_ENDLESS = re.compile(r"\S{300,}")
+"""What is no word: thousands of letters typed or read by mistake must not bury the message about them."""
+
 
 class UlnaError(Exception):
     """A mistake or a limit that the user can act on.
@@ -33,7 +38,11 @@ class UlnaError(Exception):
 
 
 def printable(text: str) -> str:
-    """The text with control characters spelt out: names of others must not steer the terminal they are shown on."""
+    """The text with control characters spelt out: names of others must not steer the terminal they are shown on.
+
+    Words of hundreds of letters are cut.
+    """
+    text = _ENDLESS.sub(lambda found: f"{found[0][:60]}... ({len(found[0])} characters)", text)
     if text.isprintable():
         return text
     return "".join(sign if sign.isprintable() or sign in "\n\t" else ascii(sign)[1:-1] for sign in text)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 from ulna.cli.options import DesignOptions
@@ -145,11 +145,19 @@ def require_consistent(options: DesignOptions) -> None:
         raise DesignError("--high-gain", "it needs the poles of the error.", "Add --observer-poles.")
     if options.swing_up and not options.catch:
         raise DesignError("--swing-up", "it does not say where the law catches.", "Add --catch th=0.4, say.")
+    changed = [name for name in ("catch", "push", "push_gain", "pivot", "hold") if _given(options, name)]
+    if changed and not options.swing_up:
+        asked = f"--{changed[0].replace('_', '-')}"
+        raise DesignError(asked, "it belongs to a swing-up.", "Add --swing-up with the energy to be pumped up.")
     flags = ("integral", "set_point", "track", "input_output", "extend", "schedule", "swing_up")
     wants = [name for name in flags if getattr(options, name)]
     if wants and not options.law:
         asked = f"--{wants[0].replace('_', '-')}"
         raise DesignError(asked, "there is no law to add it to.", "Add --controller-poles, --lqr or --best.")
+
+
+def _given(options: DesignOptions, name: str) -> bool:
+    return getattr(options, name) != next(field.default for field in fields(options) if field.name == name)
 
 
 def _special(options: DesignOptions) -> bool:

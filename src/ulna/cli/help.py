@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from ulna.base import UlnaError
+from ulna.cli.files import refuse_own_input
+
 if TYPE_CHECKING:
     from typer.core import TyperOption
 
@@ -31,6 +34,17 @@ class UlnaCommand(TyperCommand):
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write arguments and options, each panel under its name."""
         _write_options(self, ctx, formatter)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command, unless an option is empty or it would write over what it reads."""
+        for each in self.params:
+            source = ctx.get_parameter_source(each.name)
+            typed = each.opts[0].startswith("-") and source is not None and source.name == "COMMANDLINE"
+            if typed and ctx.params.get(each.name) in ("", [""], ("",)):
+                # What a shell makes of a variable that is not set.
+                raise UlnaError(max(each.opts, key=len), "its value is empty.", "Give one, or leave the option out.")
+        refuse_own_input(ctx.params)
+        return super().invoke(ctx)
 
 
 class PlainGroup(TyperGroup):

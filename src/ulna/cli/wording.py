@@ -50,6 +50,7 @@ _WORDS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     ),
     (r"(Give(?: both bounds:)?) Over\(parameters=\{'(\w+)': \(([^,]*), ([^)]*)\)\}\)", r"\1 --over \2=\3..\4"),
     (r"Build the loop from the plant before `with_values\(\)`\.", "Name a parameter of the plant."),
+    (r"Claim UltimateBound\(\)", "Leave --global out"),
     (r"Prove Region\(\) or StableWithin\(box=\{\.\.\.\}\)", "Leave --global out"),
     (r"Give StableWithin\(box=\{'(\w+)': ([\d.]+)\}\)", r"Give --within \1=\2"),
     # Engines.

@@ -209,14 +209,6 @@ class Problem:
             plain=tuple(plain),
         )
 
-    def _without_value(self, plain: tuple[np.ndarray, ...]) -> Rows:
-        """Rows of a model without values, as many as else."""
-        measured = sum(int(np.isfinite(run.measured).sum()) for run in self.runs)
-        bonds = sum(piece.bond for piece in self.pieces) * len(self.system.states)
-        count = measured + bonds + len(self._priors(np.zeros(self.size))[0])
-        slopes = np.zeros((count, self.size))
-        return Rows(residual=np.full(count, np.inf), slopes=slopes, measured=measured, plain=plain)
-
     def _priors(self, unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         rows: list[tuple[float, int, float]] = []
         for k, each in enumerate(self.free):

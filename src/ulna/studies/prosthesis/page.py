@@ -294,11 +294,6 @@ def _tally(found: Sequence[Comparison]) -> tuple[int, int, int]:
     return sum(kinds == {True} for kinds in decided), sum(len(kinds) == 2 for kinds in decided), len(decided)
 
 
-def _digits(value: float) -> str:
-    """Four digits, and no exponent where all stand before the point."""
-    return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
-
-
 def _number(value: float) -> str:
     """Three digits; a dash where it never happens or does not apply."""
     if not math.isfinite(value):
