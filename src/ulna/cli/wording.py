@@ -51,6 +51,8 @@ _WORDS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"(Give(?: both bounds:)?) Over\(parameters=\{'(\w+)': \(([^,]*), ([^)]*)\)\}\)", r"\1 --over \2=\3..\4"),
     (r"Build the loop from the plant before `with_values\(\)`\.", "Name a parameter of the plant."),
     (r"Claim UltimateBound\(\)", "Leave --global out"),
+    (r"; without one ask for Region\(\) or StableWithin\(\)", ""),
+    (r"State it: FixedPoint\(ranges=\{'(\w+)': \(([^,]*), ([^)]*)\)\}\)", r"State it: --range \1=\2:\3"),
     (r"Prove Region\(\) or StableWithin\(box=\{\.\.\.\}\)", "Leave --global out"),
     (r"Give StableWithin\(box=\{'(\w+)': ([\d.]+)\}\)", r"Give --within \1=\2"),
     # Engines.
@@ -63,7 +65,7 @@ _WORDS: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"(\w+) of (Implicit|Taylor)\(\)", lambda m: f"{m[1].replace('_', ' ')} of --engine {m[2].lower()}"),
     (r"; integrated by Implicit\(\)", "; integrated by --engine implicit"),
     (r"Give engine=FixedSteps\(\.\.\.\), or leave it out\.", "Leave --engine out."),
-    (r" ?throw=False hands over the part before\.", ""),
+    (r" ?throw=False returns the part before\.", ""),
     (r"ulna\.sim\.TIME", "t"),
     (r" \(ulna\.sim\.TIME\)", ""),
     (
