@@ -38,9 +38,11 @@ def rest_points(system: System, within: Mapping[str, tuple[float, float]] | None
         return {key: not_applicable(key, str(error))}
     points = [{s.name: float(point.states[s.symbol]) for s in system.states} for point in found]
     resting = here.verdict.holds and not within
-    if resting and not any(all(abs(p[k] - v) <= _NEAR * (1 + abs(v)) for k, v in at.items()) for p in points):
-        # In a part that stayed undecided, or on a line of equilibria of which it is the one to show.
-        points = [at, *(() if found.line else points)]
+    if resting:
+        # It is exact, where a search comes near: at a double zero by 1e-8, which is enough to tilt a pole off the axis.
+        # It may also lie in a part that stayed undecided, or on a line of equilibria of which it is the one to show.
+        others = [p for p in points if any(abs(p[k] - v) > _NEAR * (1 + abs(v)) for k, v in at.items())]
+        points = [at, *(() if found.line and len(others) == len(points) else others)]
     points.sort(key=lambda point: sum(abs(point[name] - value) for name, value in at.items()))
     held = {name: float(value) for name, value in inputs.items()}
     evidence = {"within": dict(found.within), "inputs": inputs} | ({"free": found.free} if found.free else {})

@@ -75,13 +75,20 @@ def value_html(value: object) -> object:
     if isinstance(value, sp.Expr | sp.MatrixBase):
         return formula_html(value)
     if isinstance(value, Mapping):
-        rows = [Markup("{} = {}").format(value_html(key), _inner(each)) for key, each in value.items()]
+        told = {key: each for key, each in value.items() if each is not None and not _is_empty(each)}
+        rows = [Markup("{} = {}").format(value_html(key), _inner(each)) for key, each in told.items()]
         return (_BREAK if any(isinstance(each, Mapping) for each in value.values()) else _COMMA).join(rows)
     if isinstance(value, list | tuple):
         return (_BREAK if any(isinstance(each, Mapping) for each in value) else _COMMA).join(
             escape(_inner(each)) for each in value
         )
+    if isinstance(value, bool):
+        return "yes" if value else "no"
     return number_text(value) if isinstance(value, float | complex) else value
+
+
+def _is_empty(value: object) -> bool:
+    return isinstance(value, Mapping | list | tuple) and not value
 
 
 def _inner(value: object) -> object:
