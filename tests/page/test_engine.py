@@ -70,6 +70,18 @@ LEVER = SetPointSource(
 )  # fmt: skip
 
 
+def test_a_state_that_stands_in_no_rate_moves_too(tmp_path: Path) -> None:
+    cart = system_from_mapping(
+        {"name": "cart", "states": {"x": "v", "v": "-v", "turns": "1 + x - x"}, "outputs": {"y": "x"}}
+    )
+    made = loop_script(cart, initial={"x": 0.0, "v": 1.0, "turns": 0.0}, check=1.0)
+    body = 'loop.step(Math.round(1 / facts[0].period)); return [loop.get("x"), loop.get("turns"), loop.check().close];'
+    x, turns, close = run_page(made, body, tmp_path)
+    assert x == pytest.approx(1 - math.exp(-1), rel=1e-6)
+    assert turns == pytest.approx(1.0)
+    assert close
+
+
 def test_what_a_hand_holds_moves_the_set_point_by_way_of_a_source(tmp_path: Path) -> None:
     loop = Loop(plant=PLANT, controller=FOLLOWER, hardware=Hardware(period=PERIOD, arithmetic=Plain()))
     made = loop_script(loop, initial=START, check=0.5, source=LEVER)

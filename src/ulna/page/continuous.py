@@ -29,12 +29,13 @@ def continuous_program(system: System, loop: Loop | None) -> Program:
     made.row("x", len(system.states))
     made.row("d", len(system.inputs))
     made.row("p", len(system.parameters))
+    # In a row each, before any kernel takes of them what it reads: the reader counts from the first.
+    made.row("g", len(system.states))
+    made.row("f", len(system.states))
     saturation = {} if loop is None else dict(loop.saturation)
     _add(made, limited(system, saturation) if saturation else system, "")
     if saturation:
         _add(made, system, "_free")
-    made.row("g", len(system.states))
-    made.row("f", len(system.states))
     made.row("o", len(system.outputs))
     for slot in ("time", "limits", "step"):
         made.slot(slot)

@@ -17,7 +17,7 @@ from ulna.page.vector import Begin, continuous_vector
 from ulna.system import System
 
 PROMISE = {
-    "continuous": "The page steps with a relative local error of 1e-7 (Dormand and Prince, order 5); "
+    "continuous": "The page steps with a relative local error of 10⁻⁷ (Dormand and Prince, order 5); "
     "limits act at once, end stops at the end of a step.",
     "discrete": "The difference equation is evaluated once a period.",
 }

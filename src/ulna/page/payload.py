@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import sympy as sp
+
 from ulna.base import UlnaError
 from ulna.loop import Loop
 from ulna.page.start import point_of, reference_at_start
@@ -13,6 +15,8 @@ from ulna.system import Equilibrium, System, equilibria, equilibrium, linearise
 _MOST_PUSHES = 6
 _NO_PLACES = ("current", "speed", "wheel", "steering", "rope")
 """Roles in a picture that a hand does not take hold of."""
+_STILL = 1e-6
+"""A rate that nobody sees, SI."""
 _SEARCH = 2.0
 """s for the points of rest of a plant alone."""
 
@@ -65,15 +69,25 @@ def begin(plant: System, *, closed: bool) -> dict[str, float]:
     start = {s.name: found.get(s.name, 0.0) for s in plant.states}
     shown = shown_states(plant)
     wanted = [shown[o.name] for o in plant.outputs if o.controlled and o.name in shown] if closed else []
-    name = next(iter([*wanted, *pictured_states(plant), plant.states[0].name]))
+    names = dict.fromkeys([*wanted, *pictured_states(plant), *start])
+    starts = [start | {name: _beside(plant, name, start[name], closed=closed)} for name in names]
+    # A plant alone that rests anywhere, as a cart does, is moved in something else.
+    return starts[0] if closed else next((each for each in starts if _moves(plant, found | each)), starts[0])
+
+
+def _beside(plant: System, name: str, rest: float, *, closed: bool) -> float:
     signal = next(s for s in plant.states if s.name == name)
-    rest = start[name]
     step = (0.1 if closed else 0.3) * abs(rest) if rest else 0.2 if closed else 0.3
     low, high = (None if each is None else float(each) for each in (signal.lower, signal.upper))
     if low is not None and high is not None:
         step = min(step, 0.1 * (high - low))
-    start[name] = rest + step if high is None or rest + step <= high else rest - step
-    return start
+    return rest + step if high is None or rest + step <= high else rest - step
+
+
+def _moves(plant: System, point: Mapping[str, float]) -> bool:
+    """Whether anything changes at a point."""
+    values = {s.symbol: sp.Float(point.get(s.name, 0.0)) for s in (*plant.states, *plant.inputs)}
+    return any(abs(sp.N(each.xreplace(values))) > _STILL for each in plant.inline(plant.balances))
 
 
 def plane_axes(plant: System) -> dict[str, str] | None:

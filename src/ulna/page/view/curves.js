@@ -19,6 +19,11 @@ class Curves {
     this.tell();
   }
 
+  /** s of the loop's time that are shown: the window is of the time in which people see it. */
+  get span() {
+    return this.window * this.app.pace;
+  }
+
   resize() {
     for (const panel of this.panels) panel.plot.setSize(this._size(panel.last));
     this.draw();
@@ -80,7 +85,7 @@ class Curves {
         cursor: { drag: { x: false, y: false }, sync: { key: "time" }, points: { show: false }, y: false },
         padding: [6, 8, 0, 0],
         scales: {
-          x: { time: false, range: () => [this.start, this.start + this.window] },
+          x: { time: false, range: () => [this.start, this.start + this.span] },
           y: { range: (_, low, high) => spread(low, high) },
         },
         series: [{}, ...series],
@@ -126,7 +131,7 @@ class Curves {
   /** All panels; of one turn after the other one at a time, each in every fourth turn or so. */
   draw(turn = null) {
     const { record, clockTime } = this.app;
-    this.start = Math.max(0, clockTime - this.window);
+    this.start = Math.max(0, clockTime - this.span);
     const first = Math.max(0, record.from(this.start) - 1);
     const end = record.from(clockTime + 1e-9);
     // A curve needs no more points than the screen has across.
@@ -141,9 +146,11 @@ class Curves {
   /** The present values. */
   tell() {
     for (const panel of this.panels) {
+      const { min = 0, max = 0 } = panel.plot.scales.y;
+      const reach = Math.max(-min, max) / 1.12;
       panel.values.forEach((place, k) => {
         const value = this.app.record.columns[k][panel.name];
-        const text = value ? steady(toShown(panel.signal, this.app.loops[k].get(panel.name))) : "\u2013";
+        const text = value ? steady(toShown(panel.signal, this.app.loops[k].get(panel.name)), reach) : "\u2013";
         if (place.textContent !== text) place.textContent = text;
       });
     }
@@ -161,9 +168,9 @@ function thinned(row, first, end, stride, scale) {
 
 /** An axis about these numbers, with air, and never so narrow that rounding fills it. */
 function spread(low, high) {
-  if (low === null || !Number.isFinite(low) || !Number.isFinite(high)) return [-1, 1];
+  if (low === null || !Number.isFinite(low) || !Number.isFinite(high) || Math.max(-low, high) < 1e-12) return [-1, 1];
   const middle = (low + high) / 2;
-  const least = Math.max(Math.abs(middle) * 0.02, 1e-9);
+  const least = Math.max(Math.abs(middle) * 0.02, 1e-12);
   const half = Math.max(((high - low) / 2) * 1.12, low === high ? Math.max(least, Math.abs(middle) * 0.1 || 1) : least);
   return [middle - half, middle + half];
 }

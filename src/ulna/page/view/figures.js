@@ -50,11 +50,12 @@ class Figures {
       rows.push({ text: "power now", unit: "W", value: (k) => this._power(k) });
       rows.push({ text: "energy drawn", unit: "J", value: (k) => this.state[k].energy });
     } else if (u) {
-      rows.push({ text: `\u222b ${u.name}\u00b2 dt`, unit: unitText(u) ? `(${unitText(u)})\u00b2 s` : "s", value: (k) => this.state[k].effort });
+      rows.push({ text: `\u222b ${u.name}\u00b2 dt`, unit: unitText(u) ? `${/^[A-Za-z]+$/.test(unitText(u)) ? unitText(u) : `(${unitText(u)})`}\u00b2\u00b7s` : "s", value: (k) => this.state[k].effort });
     }
     if (!rows.length) {
       for (const state of app.loops[0].facts.states.slice(0, 8)) {
-        rows.push({ text: state.text || state.name, unit: unitText(state), value: (k) => app.loops[k].get(state.name) });
+        rows.push({ text: state.text || state.name, unit: unitText(state), value: (k) => app.loops[k].get(state.name),
+          reach: () => Math.max(...(app.foreseen.get(state.name) ?? [0]).map(Math.abs)) });
       }
     }
     return rows;
@@ -99,7 +100,7 @@ class Figures {
 
   draw() {
     this.rows.forEach((row, j) => this.app.loops.forEach((_, k) => {
-      const text = steady(row.value(k));
+      const text = steady(row.value(k), row.reach ? row.reach() : null);
       const cell = this.cells[j][k];
       if (cell.textContent !== text) cell.textContent = text;
     }));

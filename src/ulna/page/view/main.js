@@ -4,6 +4,7 @@ class App {
   constructor(payload, programs) {
     this.payload = payload;
     this.look = lookOf();
+    this.foreseen = new Map(); // [low, high] by state
     for (const { facts } of payload.loops) {
       const starts = new Map(facts.initial.map((each) => [each.name, each.value]));
       for (const row of [...facts.states, ...facts.memory]) row.value ??= starts.get(row.name) ?? 0;
@@ -256,6 +257,7 @@ class App {
         loop.setParameter(name.join("."), value, owner);
       }
     });
+    this._foresee();
     this.clock.forget();
     this.latest = 0;
     this.record.clear();
@@ -269,6 +271,23 @@ class App {
     this.noteAddress();
     this._outcomes();
     this.changed();
+  }
+
+  /** How far each state will go in the next seconds if nobody touches it: axes that fit from the start. */
+  _foresee() {
+    this.foreseen.clear();
+    const until = performance.now() + 60;
+    for (const loop of this.replay ? [] : this.loops) {
+      const ahead = loop.copy();
+      const count = Math.max(1, Math.round((4 * this.pace) / loop.facts.period / 200));
+      for (let k = 0; k < 200 && ahead.outcome === "running" && performance.now() < until; k += 1) {
+        for (const { name } of loop.facts.states) {
+          const value = ahead.get(name), [low, high] = this.foreseen.get(name) ?? [0, 0];
+          if (Math.abs(value) < 1e4) this.foreseen.set(name, [Math.min(low, value), Math.max(high, value)]);
+        }
+        ahead.step(count);
+      }
+    }
   }
 
   /** Where a loop begins: what was asked for, its estimates with it unless they were named. */
@@ -368,7 +387,7 @@ class App {
   /** The time shown, and the slider through the last minute. */
   _time() {
     const time = this.clock.time;
-    byId("clock").textContent = `${time.toFixed(this.pace < 10 ? 2 : 0)} s`;
+    byId("clock").textContent = `${time.toFixed(Math.max(0, 2 - Math.round(Math.log10(this.pace))))} s`;
     const past = byId("past");
     this.latest = this.replay ? this.loops[0].duration : this.clock.playing ? time : Math.max(this.latest || 0, time);
     past.min = this.clock.oldest;

@@ -127,6 +127,20 @@ function fillChoices(app) {
   byId("plane-note").textContent = notes.join(" ");
 }
 
+/** Poles as people write them: the slowest first, pairs as one, what differs by rounding alone as the same. */
+function poleText(poles) {
+  const rows = poles.map(([re, im]) => {
+    const size = Math.hypot(re, im), [a, b] = [re, im].map((part) => (Math.abs(part) < 3e-3 * size ? 0 : part));
+    return { re: a, im: b };
+  }).filter(({ im }) => im >= 0).sort((one, other) => other.re - one.re || one.im - other.im);
+  const texts = rows.map(({ re, im }) => (im ? `${re ? `${words(re, 3)} ` : ""}\u00b1${re ? " " : ""}${words(im, 3)}i` : words(re, 3)));
+  const single = [...new Set(texts)];
+  return single.map((text) => {
+    const times = texts.filter((each) => each === text).length;
+    return times > 1 ? `${text} (${times}\u00d7)` : text;
+  }).join(", ");
+}
+
 function fillPoles(app) {
   if (!app.poles) {
     byId("poles-card").hidden = true;
@@ -135,7 +149,7 @@ function fillPoles(app) {
   const several = app.loops.length > 1;
   app.payload.loops.forEach((loop, k) => {
     if (!loop.poles.length) return;
-    const text = loop.poles.map(([re, im]) => (im ? `${words(re, 3)} ${im < 0 ? MINUS : "+"} ${words(Math.abs(im), 3)}i` : words(re, 3))).join(", ");
+    const text = poleText(loop.poles);
     byId("poles-text").append(el("p", {}, several ? el("span", { class: `swatch s${k % 7}` }, loop.title, ": ") : null, text));
   });
 }
@@ -150,6 +164,9 @@ function open() {
   byId("window").value = app.curves.window;
   for (const part of [1, 0.5, 0.2, 0.1, 0.05, 0.01]) byId("speed").append(el("option", { value: part * app.pace }, speedText(part * app.pace)));
   app.setSpeed(app.clock.speed);
+  for (const each of byId("window").options) each.textContent = `${words(Number(each.value) * app.pace)} s`;
+  for (const [id, seconds] of [["back-1", 1], ["back-10", 10]]) byId(id).textContent = `${MINUS}${words(seconds * app.pace)} s`;
+  for (const each of document.querySelectorAll(".of-load")) each.hidden = !app.load;
   fillChoices(app);
   fillPoles(app);
   connect(app);

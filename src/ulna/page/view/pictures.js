@@ -126,8 +126,8 @@ const PICTURES = {
   "two-link-arm": {
     layout(box, p) {
       const turn = turning("two-link-arm", p.parts);
-      const pivot = [box.x + box.w * 0.5, box.y + box.h * (turn.zero > 0 ? 0.4 : 0.56)];
-      const length = Math.min(box.w, box.h) * 0.24;
+      const pivot = [box.x + box.w * 0.5, box.y + box.h * 0.5];
+      const length = (Math.min(box.w, box.h) / 2 - 30) / 2;
       const [one, two] = [p.value("angles", 0), p.value("angles", 1) ?? 0];
       const first = turn.zero + turn.sign * one;
       const elbow = polar(pivot, first, length);
@@ -415,8 +415,9 @@ const NEEDLES = {
     const names = p.states.slice(0, this.most);
     const pitch = Math.min(56, (box.h - 16) / names.length);
     const top = box.y + (box.h - pitch * names.length) / 2;
-    const left = box.x + Math.min(120, box.w * 0.28);
-    const right = box.x + box.w - 76;
+    const widest = (texts, least) => Math.max(least, ...texts.map((text) => text.length * 7.2));
+    const left = box.x + 16 + Math.min(widest(names.map((state) => state.name), 20), box.w * 0.28);
+    const right = box.x + box.w - 18 - widest(names.map((state) => unitText(state)), 0) - 50;
     return {
       names, pitch, left, right,
       y: (k) => top + pitch * (k + 0.5),
@@ -435,8 +436,8 @@ const NEEDLES = {
       if (low < 0 && high > 0) line(c, [g.x(k, 0), y - 7], [g.x(k, 0), y + 7], look.muted, 1);
       const x = g.x(k, value);
       line(c, [x, y - 11], [x, y + 11], colour, 5);
-      label(c, state.name, [g.left - 12, y], look.ink, { align: "right", weight: "600" });
-      label(c, withUnit(steady(value), state), [g.right + 10, y], look.muted);
+      label(c, fitted(c, state.name, g.left - box.x - 12), [g.left - 12, y], look.ink, { align: "right", weight: "600" });
+      label(c, withUnit(steady(value, Math.max(-low, high)), state), [g.right + 10, y], look.muted);
     });
   },
   ghost(c, box, p, value, look, role) {

@@ -30,6 +30,10 @@ class Plane {
       const start = (name) => loop.facts.states.find((s) => s.name === name).value;
       this._grow(start(this.x), start(this.y));
     }
+    for (const [a, b] of [[-1, -1], [1, 1]]) {
+      const [x, y] = [this.x, this.y].map((name) => app.foreseen.get(name) ?? [0, 0]);
+      this._grow(a < 0 ? x[0] : x[1], b < 0 ? y[0] : y[1]);
+    }
     for (const k of [0, 1]) {
       const pad = Math.max((this.high[k] - this.low[k]) * 0.15, 0);
       const least = Math.max(Math.abs(this.low[k]), Math.abs(this.high[k])) * 0.2 || 1;
@@ -54,7 +58,7 @@ class Plane {
   }
 
   get box() {
-    return { x: 52, y: 12, w: this.sheet.w - 64, h: this.sheet.h - 48 };
+    return { x: 52, y: 26, w: this.sheet.w - 64, h: this.sheet.h - 62 };
   }
 
   _place(a, b) {
@@ -77,7 +81,7 @@ class Plane {
     const { app, sheet, box } = this;
     const { look, record } = app;
     const c = sheet.c;
-    const first = record.from(app.clockTime - 20);
+    const first = record.from(app.clockTime - 20 * app.pace);
     const end = record.from(app.clockTime + 1e-9);
     const stride = Math.max(1, Math.ceil((end - first) / 700));
     app.loops.forEach((loop) => {
@@ -86,6 +90,8 @@ class Plane {
       this._grow(a - wide, b - tall);
       this._grow(a + wide, b + tall);
     });
+    // What a quick swing did between two drawings counts, too.
+    for (const columns of record.columns) for (let j = first; j < end; j += 1) this._grow(columns[this.x][j], columns[this.y][j]);
     sheet.clear();
     this._axes(c, look);
     c.save();
@@ -132,7 +138,7 @@ class Plane {
       label(c, words(tick), [box.x - 7, y], look.muted, { align: "right", size: 11 });
     }
     label(c, labelOf(this.app.signal(this.x)), [box.x + box.w, box.y + box.h + 28], look.ink, { align: "right" });
-    label(c, labelOf(this.app.signal(this.y)), [box.x + 6, box.y + 9], look.ink);
+    label(c, labelOf(this.app.signal(this.y)), [6, 11], look.ink);
   }
 
   _region(c, look) {

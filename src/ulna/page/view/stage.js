@@ -88,9 +88,10 @@ class Stage {
       const row = this.app.signal(name, k);
       const target = this.app.targetOf(name);
       const start = row && row.value !== undefined ? row.value : 0;
-      return Math.max(Math.abs(this.app.loops[k].get(name)) || 0, Math.abs(target ?? 0), Math.abs(start) * 1.4);
+      const ahead = Math.max(...(this.app.foreseen.get(name) ?? [0]).map(Math.abs));
+      return Math.max(Math.abs(this.app.loops[k].get(name)) || 0, Math.abs(target ?? 0), Math.abs(start) * 1.4, ahead);
     }));
-    const grown = Math.max(this.spans.get(key) || 0, niceAbove(Math.min(largest, 1e9) * 1.05 || 1));
+    const grown = Math.max(this.spans.get(key) || 0, niceAbove(largest > 1e-12 ? Math.min(largest, 1e9) * 1.05 : 1));
     this.spans.set(key, grown);
     return grown;
   }
@@ -197,7 +198,7 @@ class Stage {
     const [x, y] = [columns[picture.parts.x], columns[picture.parts.y]];
     const points = [];
     const end = record.from(this.app.clockTime + 1e-9);
-    for (let j = record.from(this.app.clockTime - 20); j < end; j += 6) if (Number.isFinite(x[j])) points.push([x[j], y[j]]);
+    for (let j = record.from(this.app.clockTime - 20 * this.app.pace); j < end; j += 6) if (Number.isFinite(x[j])) points.push([x[j], y[j]]);
     return points;
   }
 

@@ -18,12 +18,14 @@ function words(value, digits = 4) {
   return text.replace("-", MINUS);
 }
 
-/** A number with a fixed count of places: live figures that must not dance. */
-function steady(value) {
+/** A number with a fixed count of places: live figures that must not dance. `reach`: how far it goes, which sets them. */
+function steady(value, reach = null) {
   if (value === null || !Number.isFinite(value)) return words(value);
-  const size = Math.abs(value);
+  if (Math.abs(value) < 1e-12) return "0";
+  const size = Math.max(Math.abs(value), reach ?? 0);
   if (size >= 1e5 || (size < 1e-4 && size > 0)) return words(value, 3);
-  const places = size >= 1000 ? 0 : size >= 100 ? 1 : size >= 10 ? 2 : size >= 1 ? 3 : 4;
+  if (size < 1) return value.toFixed(Math.min(12, 3 - Math.floor(Math.log10(size)))).replace("-", MINUS);
+  const places = size >= 1000 ? 0 : size >= 100 ? 1 : size >= 10 ? 2 : 3;
   return value.toFixed(places).replace("-", MINUS);
 }
 
