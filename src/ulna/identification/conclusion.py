@@ -36,16 +36,21 @@ def conclusion(
     *,
     loss: Robust | None,
     source: str,
+    hidden: Mapping[str, str],
 ) -> Fit:
     """The fit that a search ended in.
 
     Args:
         plant: with all of its outputs. problem, solution: the search. levels: noise that residuals were weighed by.
         own: noise that the channels have by themselves. loss: of the search. source: where the values come from.
+        hidden: why parameters cannot be known from these outputs, as `hidden_parameters` says.
     """
     sure = uncertainty(problem, solution, told=all(level.told for level in levels))
     combinations = _combinations(problem, solution, sure)
-    estimates = tuple(_estimate(problem, solution, sure, k, combinations, loss) for k in range(len(problem.free)))
+    estimates = tuple(
+        _estimate(problem, solution, sure, k, combinations, loss, hidden.get(each.name, ""))
+        for k, each in enumerate(problem.free)
+    )
     scales = problem.scales[: len(problem.free)]
     covariance = sure.covariance[: len(scales), : len(scales)] * np.outer(scales, scales)
     begun = [piece for piece in problem.pieces if not piece.begin]
@@ -76,6 +81,7 @@ def _estimate(
     k: int,
     combinations: Sequence[Mapping[str, float]],
     loss: Robust | None,
+    hidden: str,
 ) -> Estimate:
     free = problem.free[k]
     value = float(solution.unknowns[k] * free.scale)
@@ -89,9 +95,9 @@ def _estimate(
         high=value + NORMAL * std,
         start=free.start,
     )
-    if not math.isfinite(std) or std == 0.0:
+    if hidden or not math.isfinite(std) or std == 0.0:
         partners = [c for c in combinations if free.name in c]
-        reason = _in_words(free.name, partners[0]) if partners else "it changes no measured output"
+        reason = hidden or (_in_words(free.name, partners[0]) if partners else "it changes no measured output")
         return replace(found, std=math.inf, low=-math.inf, high=math.inf, known=False, reason=reason)
     size = max(abs(value), abs(free.start))
     if solution.held[k]:

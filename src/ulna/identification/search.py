@@ -15,6 +15,7 @@ from ulna.identification.errors import IdentificationError
 from ulna.identification.fit import Fit
 from ulna.identification.free import free_parameters
 from ulna.identification.held_out import held_out_errors
+from ulna.identification.hidden import hidden_parameters
 from ulna.identification.noise import Noise, noise_of
 from ulna.identification.prior import Prior, prior_of, quantity
 from ulna.identification.problem import Free, Problem
@@ -95,8 +96,10 @@ def identify(
     _check_enough(shown, runs, wanted, known)
     own = levels = _noise(shown, runs, noise or {})
     settings = {"initial": known, "state_priors": beliefs}
-    problem, solution, levels, note = _searched(shown, runs, wanted, levels, settings, loss, start, shooting, most)
-    fit = conclusion(plant, problem, solution, levels, own, loss=loss, source=_source(taken))
+    problem, solution, levels, note, hidden = _searched(
+        shown, runs, wanted, levels, settings, loss, start, shooting, most
+    )
+    fit = conclusion(plant, problem, solution, levels, own, loss=loss, source=_source(taken), hidden=hidden)
     if note:
         fit = replace(fit, notes=(note, *fit.notes))
     if held_out is None:
@@ -175,8 +178,8 @@ def _searched(
     start: GlobalStart | None,
     shooting: MultipleShooting | None,
     most: int,
-) -> tuple[Problem, Solution, tuple[Noise, ...], str]:
-    """(problem, its solution, the noise as estimated, a note): fitted again while estimates of the noise change."""
+) -> tuple[Problem, Solution, tuple[Noise, ...], str, dict[str, str]]:
+    """(problem, solution, noise as estimated, a note, what cannot be known): again while estimates of noise change."""
     segments, note = (1 if shooting is None else shooting.segments), ""
 
     def posed(noise: Sequence[Noise], response: Any = None) -> Problem:
@@ -192,6 +195,7 @@ def _searched(
         point = begun(problem, start, loss)
     if not problem.rows(point).finite:
         raise no_value(problem)
+    hidden = hidden_parameters(problem, point)
     solution = solved(problem, point, loss=loss, most=most)
     evaluations = solution.evaluations
     for _ in range(ROUNDS - 1):
@@ -208,7 +212,7 @@ def _searched(
             continue
         solution = solved(problem, solution.unknowns, loss=loss, most=most)
         evaluations += solution.evaluations
-    return problem, replace(solution, evaluations=evaluations), levels, note
+    return problem, replace(solution, evaluations=evaluations), levels, note, hidden
 
 
 def _believed(free: Sequence[Free], states: Mapping[str, Prior]) -> bool:
