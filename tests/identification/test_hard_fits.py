@@ -123,3 +123,13 @@ def test_the_log_of_a_closed_loop_is_fitted_with_the_controller_that_ran() -> No
     assert fit.adequate
     assert _off(fit, m2=5.0, Ra=1.0) < 4
     assert max(fit["m2"].std / 5, fit["Ra"].std) < 0.01
+
+
+def test_a_parameter_that_is_negative_after_all_is_found_from_a_positive_start() -> None:
+    plant, times = _plant({"q": "-a*q + b*u"}, {"a": -0.4, "b": 2.0}, "q"), 0.02 * np.arange(200)
+    random = np.random.default_rng(3)
+    drive = np.repeat(random.uniform(-1, 1, 8), 25)
+    q = simulate(plant, [0.3], times, inputs={"u": Held(times=times, values=drive)})["q"]
+    record = Record(times=times, columns={"y": q + 1e-3 * random.normal(size=200), "u": drive})
+    fit = identify(plant.with_parameters({"a": 1, "b": 1}), record, free="a, b")
+    assert _off(fit, a=-0.4, b=2.0) < 4

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -73,6 +75,9 @@ class Solution:
     cost: float
 
 
+SUNK = 0.05
+"""A positive parameter that sinks below this share of its start may want to be negative, where it may."""
+
 _STOPPED = {
     0: "the largest number of evaluations",
     1: "the gradient vanished",
@@ -93,8 +98,6 @@ def solved(
     Raises:
         IdentificationError: a model without values at the start.
     """
-    from scipy.optimize import least_squares
-
     lower, upper = problem.bounds
     moving = np.ones(problem.size, dtype=bool)
     if fixed is not None:
@@ -115,41 +118,94 @@ def solved(
             cost=cost_of(rows, loss),
         )
 
-    def filled(part: np.ndarray) -> np.ndarray:
-        point = whole.copy()
-        point[moving] = part
-        return point
-
     lows, highs = lower[moving], upper[moving]
-
-    def pressed(part: np.ndarray) -> np.ndarray:
-        return compressed(problem.rows(filled(part)), loss, moving)
-
-    found = least_squares(
-        lambda part: pressed(part)[:, -1],
-        _inside(whole[moving], lows, highs),
-        jac=lambda part: pressed(part)[:, :-1],
-        bounds=(lows, highs),
-        x_scale="jac",
-        xtol=1e-9,
-        ftol=1e-9,
-        gtol=1e-12,
-        max_nfev=most,
-    )
-    point = filled(found.x)
+    begin = _inside(whole[moving], lows, highs)
+    positive = (begin > 0.0) & (np.arange(problem.size)[moving] < len(problem.free))
+    search = partial(_searched, problem, whole, moving, loss, most)
+    found, ended = search(begin, positive)
+    evaluations = int(found.nfev)
+    sunk = positive & (lows < 0.0) & (ended < SUNK * begin)
+    if sunk.any():
+        found, ended = search(ended, positive & ~sunk)
+        evaluations += int(found.nfev)
+    point = whole.copy()
+    point[moving] = ended
     rows = problem.rows(point)
     held = np.zeros(problem.size, dtype=bool)
-    held[moving] = (found.active_mask != 0) | _near(found.x, lows, highs)
+    held[moving] = (found.active_mask != 0) | _near(ended, lows, highs)
     return Solution(
         unknowns=point,
         rows=rows,
         weights=weights(rows.residual, loss),
         converged=found.status > 0,
         stopped=_STOPPED.get(int(found.status), "the solver failed"),
-        evaluations=int(found.nfev),
+        evaluations=evaluations,
         held=held,
         cost=cost_of(rows, loss),
     )
+
+
+def _searched(
+    problem: Problem,
+    whole: np.ndarray,
+    moving: np.ndarray,
+    loss: Robust | None,
+    most: int,
+    begin: np.ndarray,
+    positive: np.ndarray,
+) -> tuple[Any, np.ndarray]:
+    """(what SciPy's search says, the moving unknowns where it ended), those that are `positive` by their logarithms."""
+    from scipy.optimize import least_squares
+
+    lower, upper = problem.bounds
+    way = _Coordinates(logarithmic=positive, lower=lower[moving], upper=upper[moving])
+
+    def pressed(part: np.ndarray) -> np.ndarray:
+        point = whole.copy()
+        point[moving] = way.plain(part)
+        return compressed(problem.rows(point), loss, moving)
+
+    found = least_squares(
+        lambda part: pressed(part)[:, -1],
+        way.searched(begin),
+        jac=lambda part: pressed(part)[:, :-1] * way.slopes(part),
+        bounds=way.bounds,
+        x_scale="jac",
+        xtol=1e-9,
+        ftol=1e-9,
+        gtol=1e-12,
+        max_nfev=most,
+    )
+    return found, way.plain(found.x)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Coordinates:
+    """What is searched in: positive parameters by their logarithms, in which products and ratios are straight.
+
+    Plants are made of these; along them the valleys of the sum of squares are curved else, and steps are short.
+    """
+
+    logarithmic: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+
+    def plain(self, part: np.ndarray) -> np.ndarray:
+        with np.errstate(over="ignore"):
+            return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, part, 0.0)), part)
+
+    def searched(self, values: np.ndarray) -> np.ndarray:
+        with np.errstate(divide="ignore"):
+            logarithms = np.log(np.where(self.logarithmic, np.maximum(values, 0.0), 1.0))
+        return np.where(self.logarithmic, logarithms, values)
+
+    def slopes(self, part: np.ndarray) -> np.ndarray:
+        """∂ plain / ∂ searched."""
+        return np.where(self.logarithmic, self.plain(part), 1.0)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.searched(self.lower), self.searched(self.upper)
 
 
 def compressed(rows: Rows, loss: Robust | None, moving: np.ndarray) -> np.ndarray:
