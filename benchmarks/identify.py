@@ -1,8 +1,8 @@
 """Parameters from logs: `identify` beside SciPy's least squares over `solve_ivp` and CasADi with IPOPT.
 
-An arm with its drive, five parameters (load, resistance, torque and back-EMF constants, viscous friction) and the starts
-of two logs at 1 kHz, the encoder alone, quantised, with noise; the input is held between samples. All begin at the same
-parameters, 10 to 30 % off, and stop by the same relative change of the unknowns.
+An arm with its drive, five parameters (load, resistance, torque and back-EMF constants, viscous friction) and the
+starts of two logs at 1 kHz, the encoder alone, quantised, with noise; the input is held between samples. All begin at
+the same parameters, 10 to 30 % off, and stop by the same relative change of the unknowns.
 
 * scipy: residuals by `solve_ivp` (DOP853, rtol 1e-9) from one change of the input to the next, slopes by its own finite
   differences; an evaluation costs a run of each log for each unknown.

@@ -133,3 +133,20 @@ def test_a_parameter_that_is_negative_after_all_is_found_from_a_positive_start()
     record = Record(times=times, columns={"y": q + 1e-3 * random.normal(size=200), "u": drive})
     fit = identify(plant.with_parameters({"a": 1, "b": 1}), record, free="a, b")
     assert _off(fit, a=-0.4, b=2.0) < 4
+
+
+def test_dry_friction_that_sticks_is_fitted_from_its_sign() -> None:
+    """Moved and logged with the engine's sticking, a tenth of the time at rest; fitted in a smooth form."""
+    plant = _plant(
+        {"q": "p", "p": "(u - k*q - F*sign(p))/m"}, {"F": 3.0, "m": 0.5, "k": {"value": 8.0, "range": [0, 99]}}, "q"
+    )
+    random, times = np.random.default_rng(0), 0.01 * np.arange(500)
+    drive = np.repeat(random.uniform(-9, 9, 13), 40)[:500]
+    run = simulate(plant, [0.2, 0.0], times, inputs={"u": Held(times=times, values=drive)})
+    assert (np.abs(run["p"]) < 1e-9).mean() > 0.05
+    record = Record(times=times, columns={"y": run["q"] + 1e-3 * random.normal(size=500), "u": drive})
+    fit = identify(plant.with_parameters({"F": 1.5, "m": 0.7, "k": 6}), record, free="F, m, k")
+    assert fit.adequate
+    assert _off(fit, F=3.0, m=0.5, k=8.0) < 4
+    assert "smooth form" in fit.notes[0]
+    assert fit.system.rates == plant.rates

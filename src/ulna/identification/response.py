@@ -114,7 +114,7 @@ class Response:
             raise IdentificationError(
                 f"slopes along the motion of '{system.name}'",
                 "its right-hand side jumps (sign), and slopes jump where the motion crosses or sticks there.",
-                "Write the smooth form: tanh(omega/w_c) with a small w_c in place of sign(omega).",
+                "Write the smooth form: omega/sqrt(omega**2 + w**2) with a small w in place of sign(omega).",
             )
         readouts = {o.name: e for o, e in zip(system.outputs, system.inline(system.readouts), strict=True)}
         self._readouts = kernel(f"outputs of {system.name}", symbols, readouts)

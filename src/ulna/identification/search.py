@@ -21,6 +21,7 @@ from ulna.identification.prior import Prior, prior_of, quantity
 from ulna.identification.problem import Free, Problem
 from ulna.identification.record import as_records
 from ulna.identification.recorded_experiment import Experiment, experiments, measured_system
+from ulna.identification.smooth import COARSE, FINE, signs_of, smoothed, told, widths_of
 from ulna.identification.solve import MultipleShooting, Robust, Solution, begun, no_value, solved
 from ulna.identification.start import GlobalStart
 from ulna.loop import Loop
@@ -96,7 +97,7 @@ def identify(
     _check_enough(shown, runs, wanted, known)
     own = levels = _noise(shown, runs, noise or {})
     settings = {"initial": known, "state_priors": beliefs}
-    problem, solution, levels, note, hidden = _searched(
+    problem, solution, levels, note, hidden = _without_signs(
         shown, runs, wanted, levels, settings, loss, start, shooting, most
     )
     fit = conclusion(plant, problem, solution, levels, own, loss=loss, source=_source(taken), hidden=hidden)
@@ -166,6 +167,21 @@ def _noise(system: System, runs: Sequence[Experiment], told: Mapping[str, Any]) 
             level = replace(level, std=std, told=True)
         found.append(level)
     return tuple(found)
+
+
+def _without_signs(
+    system: System, runs: tuple[Experiment, ...], free: tuple[Free, ...], *others: Any
+) -> tuple[Problem, Solution, tuple[Noise, ...], str, dict[str, str]]:
+    """As `_searched`; a plant with signs in its smooth form, a wide one first, from where that ends a narrow one."""
+    signs = () if system.discrete else signs_of(system)
+    if not signs:
+        return _searched(system, runs, free, *others)
+    widths = widths_of(system, signs, runs)
+    problem, solution, *_ = _searched(smoothed(system, widths, COARSE), runs, free, *others)
+    begun = problem.parameters(solution.unknowns)
+    nearer = tuple(replace(each, start=begun[each.name]) for each in free)
+    problem, solution, levels, note, hidden = _searched(smoothed(system, widths, FINE), runs, nearer, *others)
+    return problem, solution, levels, "; ".join(filter(None, (note, told(widths)))), hidden
 
 
 def _searched(
