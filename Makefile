@@ -67,6 +67,7 @@ release: check
 
 bench: $(VENV)/.test.stamp
 	@$(BIN)/python benchmarks/single_run.py
+	@$(BIN)/python benchmarks/firmware.py
 	@$(BIN)/python benchmarks/continuous_ensemble.py
 
 $(VENV)/.base.stamp: requirements/base.txt pyproject.toml

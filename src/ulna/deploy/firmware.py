@@ -12,7 +12,7 @@ import numpy as np
 from ulna.deploy.errors import DeployError
 from ulna.deploy.names import c_name, c_names
 from ulna.loop import Amplifier, Hardware, Loop, fingerprint
-from ulna.program import Fused, Kernel, Plain, Precision, Unwritten, bound, restricted, to_numpy
+from ulna.program import Fused, Kernel, Plain, Precision, Unwritten, bound, condensed, restricted, to_numpy
 from ulna.sim import begun
 from ulna.system import Signal
 
@@ -134,7 +134,7 @@ def firmware(
     memory = [slot for slot in whole.inputs if slot in whole.outputs and slot not in {f"believed{k}" for k in told}]
     wanted = [*commands, *estimates, *(slot for slot in memory if slot not in commands), "code"]
     kernel = bound(restricted(whole, wanted), fixed, precision=precision)
-    kernel, memory = _without_idle(kernel, memory)
+    kernel, memory = _without_idle(condensed(kernel), memory)
     return Firmware(
         name=_library_name(name, loop.plant.name),
         loop=loop,

@@ -5,6 +5,7 @@ from ulna.program.arithmetic import AbstractArithmetic, Fused, Plain, Unwritten,
 from ulna.program.assembly import Assembly, chained
 from ulna.program.bound import bound
 from ulna.program.branches import REST, Branch, Branched, branches_of, with_branches
+from ulna.program.condensed import condensed
 from ulna.program.costly import COSTLY, costly_first
 from ulna.program.edges import Edges, edges_of
 from ulna.program.factored import factored
@@ -90,6 +91,7 @@ __all__ = [
     "chained",
     "check_names",
     "compiled",
+    "condensed",
     "costly_first",
     "edges_of",
     "explicit",

@@ -15,6 +15,7 @@ from ulna.deploy.target import Target
 from ulna.program import C_FLAGS
 
 EMULATOR = "qemu-system-arm"
+PROGRAM = "program.elf"
 FLAGS = (*C_FLAGS, "-O2", "-fno-math-errno")
 """What C is compiled with: square roots are instructions, they set no error number."""
 _LIMIT = 240.0
@@ -23,7 +24,7 @@ _LIMIT = 240.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ran:
-    """What a program did: its exit `status`, what it `printed`, and bytes of code of each source by its name."""
+    """What a program did: its exit `status`, what it `printed`, and bytes of `code` of each source and of `PROGRAM`."""
 
     status: int
     printed: str
@@ -57,11 +58,11 @@ def run_on_board(target: Target, sources: Sequence[Path], *, flags: Sequence[str
             objects[source] = folder / f"{k}.o"
             options = [*target.flags, *FLAGS, "-ffunction-sections", *flags, *([f"-I{include}"] if include else [])]
             _compiled([compiler, *options, "-c", str(source), "-o", str(objects[source])], source)
-        program = folder / "program.elf"
+        program = folder / PROGRAM
         linking = [*target.flags, "-nostartfiles", "--specs=rdimon.specs", "-T", str(folder / "linked.ld")]
         parts = [*map(str, objects.values()), "-Wl,--gc-sections", "-lm", "-o", str(program)]
         _compiled([compiler, *linking, *parts], program)
-        code = {source.name: _code(target, made) for source, made in objects.items()}
+        code = {source.name: _code(target, made) for source, made in [*objects.items(), (program, program)]}
         return _run(emulator, target.board.machine, target.board.core, program, code)
 
 
