@@ -7,13 +7,14 @@ from ulna.plants.anthropometry import (
     body_segments,
     range_of_motion,
 )
-from ulna.plants.arm import Brake, Forearm, Friction, SelfLocking, measured_forearm, rod
+from ulna.plants.arm import Brake, Forearm, SelfLocking, measured_forearm, rod
 from ulna.plants.arm_and_drive import DrivenArm, arm_with_drive, driven_arm, with_meters
 from ulna.plants.battery import Battery, battery_system, voltage_range
 from ulna.plants.catalogue import Model, PlantLike, as_plant, model, models, plant_text
 from ulna.plants.drive import BackDriven
 from ulna.plants.drive_preset import Limits, Preset, preset, preset_from_mapping, presets
 from ulna.plants.flexible_arm import flexible_joint_arm
+from ulna.plants.friction import Friction, LuGre
 from ulna.plants.load import LoadEstimate, load_estimate
 from ulna.plants.oscillation import SmallOscillation, SmallOscillations, small_oscillation, small_oscillations
 from ulna.plants.statics import Hold, TorqueMargin, hold, no_load_speed, require_liftable, torque_margin
@@ -31,6 +32,7 @@ __all__ = [
     "Hold",
     "Limits",
     "LoadEstimate",
+    "LuGre",
     "Model",
     "PlantLike",
     "Preset",

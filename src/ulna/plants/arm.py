@@ -9,6 +9,7 @@ import sympy as sp
 
 from ulna.base import PlantError
 from ulna.plants.drive_preset import Preset
+from ulna.plants.friction import Friction, LuGre, friction_part
 from ulna.symbolic.formulas import exact
 from ulna.system import Definition, Parameter, Signal, System
 
@@ -32,18 +33,6 @@ class Forearm:
     inertia: sp.Expr
     moment: sp.Expr
     reach: sp.Expr
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Friction:
-    """Coulomb friction at the joint, smooth: −torque · tanh(ω/speed), torque in N m, speed in rad/s."""
-
-    torque: sp.Expr
-    speed: sp.Expr
-
-    def __post_init__(self) -> None:
-        if not (self.torque >= 0 and self.speed > 0):
-            raise PlantError("Coulomb friction", f"torque {self.torque} N m, speed {self.speed} rad/s.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,10 +92,11 @@ def measured_forearm(*, inertia: Any, moment: Any, source: str = "") -> Forearm:
 
 
 def link_system(
-    preset: Preset, forearm: Forearm, friction: Friction | None, brake: Brake | SelfLocking | None
+    preset: Preset, forearm: Forearm, friction: Friction | LuGre | None, brake: Brake | SelfLocking | None
 ) -> System:
     """The joint as a part: input the gear's torque, states theta and omega, output the angle y.
 
+    LuGre's friction has its bristle as a further state.
     (J + N² Jm) ω' = G cos θ − B ω − friction − brake + torque, with the load m2 at the forearm's reach:
     J = J_arm + m2 r², G = G_arm + m2 g r.
     """
@@ -116,13 +106,13 @@ def link_system(
     moment = Definition(name="G", expression=m2.symbol * g.symbol * reach + forearm.moment)
     torque, omega = Signal(name="torque", unit="N*m", text="torque of the gear on the joint"), OMEGA.symbol
     holding, inputs, extra = _holding(brake)
-    coulomb, more = _coulomb(friction)
-    drag = viscous.symbol * omega + coulomb + holding
+    dry = friction_part(friction, omega)
+    drag = viscous.symbol * omega + dry.torque + holding
     total = inertia.symbol + REFLECTED
     return System(
         name="link",
-        states=(THETA, OMEGA),
-        rates=(omega, (moment.symbol * sp.cos(THETA.symbol) - drag + torque.symbol) / total),
+        states=(THETA, OMEGA, *dry.states),
+        rates=(omega, (moment.symbol * sp.cos(THETA.symbol) - drag + torque.symbol) / total, *dry.rates),
         inputs=(torque, *inputs),
         outputs=(
             Signal(name="y", unit="rad", text="measured angle"),
@@ -136,18 +126,10 @@ def link_system(
             drag * omega,
             total * omega**2 / 2 - moment.symbol * sp.sin(THETA.symbol),
         ),
-        parameters=(*forearm.parameters, m2, b, g, ratio, rotor, viscous, *more, *extra),
+        parameters=(*forearm.parameters, m2, b, g, ratio, rotor, viscous, *dry.parameters, *extra),
         definitions=(inertia, moment),
         operating_point=(("theta", sp.Integer(0)),),
     )
-
-
-def _coulomb(friction: Friction | None) -> tuple[sp.Expr, tuple[Parameter, ...]]:
-    if friction is None:
-        return sp.Integer(0), ()
-    torque = Parameter(name="T_c", unit="N*m", value=friction.torque, text="Coulomb friction at the joint")
-    speed = Parameter(name="w_c", unit="rad/s", value=friction.speed, text="speed at which it is three quarters there")
-    return torque.symbol * sp.tanh(OMEGA.symbol / speed.symbol), (torque, speed)
 
 
 def _holding(brake: Brake | SelfLocking | None) -> tuple[sp.Expr, tuple[Signal, ...], tuple[Parameter, ...]]:

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ulna.base import PlantError
-from ulna.plants.arm import OMEGA, Brake, Forearm, Friction, SelfLocking, link_system, rod
+from ulna.plants.arm import OMEGA, Brake, Forearm, SelfLocking, link_system, rod
 from ulna.plants.battery import battery_system
 from ulna.plants.drive import BackDriven, gear_system, motor_system
 from ulna.plants.drive_preset import Preset
+from ulna.plants.friction import Friction, LuGre
 from ulna.plants.statics import require_liftable
 from ulna.plants.thermal import heating_system
 from ulna.system import Signal, System, connect
@@ -41,7 +42,7 @@ def arm_with_drive(
     preset: Preset,
     *,
     forearm: Forearm | None = None,
-    friction: Friction | None = None,
+    friction: Friction | LuGre | None = None,
     back_driven: BackDriven | None = None,
     brake: Brake | SelfLocking | None = None,
     with_heating: bool = False,
@@ -63,7 +64,7 @@ def driven_arm(
     preset: Preset,
     *,
     forearm: Forearm | None = None,
-    friction: Friction | None = None,
+    friction: Friction | LuGre | None = None,
     back_driven: BackDriven | None = None,
     brake: Brake | SelfLocking | None = None,
     with_heating: bool = False,
@@ -76,8 +77,8 @@ def driven_arm(
     Args:
         preset: numbers; its parameters stay symbolic in the system.
         forearm: the link; left out, the rod of the preset.
-        friction: Coulomb friction at the joint; back_driven: what the gear loses when driven; brake: what holds the
-            joint without current.
+        friction: at the joint, dry, smooth or LuGre's; back_driven: what the gear loses when driven; brake: what
+            holds the joint without current.
         with_heating: two temperatures as further states, the resistance following the winding's.
         with_battery: the charge as a further state. The input u stays the motor's voltage; what the battery allows it
             to be is `voltage_range`.
