@@ -6,7 +6,7 @@ The share is (states in the proved set) ÷ (states that converge), of the same s
 the proved set that does not converge would be an error of one of both and is counted. Exact equations within limits
 for all; CPU time, without imports.
 
-    python benchmarks/certify.py [--samples 400] [--seconds 20]
+    python benchmarks/certify.py [--samples 400] [--boxes 60000]
 """
 
 from __future__ import annotations
@@ -83,10 +83,10 @@ def converges(found: LevelSet, start: np.ndarray) -> bool:
     return bool(len(done.t_events[0]))
 
 
-def measured(name: str, samples: int, seconds: float) -> dict[str, Any]:
+def measured(name: str, samples: int, boxes: int) -> dict[str, Any]:
     """One loop: proved, checked, and beside the sample."""
     loop, began = LOOPS[name](), time.thread_time()
-    verdict = prove(loop, Region(), seconds=seconds)
+    verdict = prove(loop, Region(), boxes=boxes)
     proving = time.thread_time() - began
     if not verdict.holds:
         return {"loop": name, "verdict": str(verdict), "prove_s": round(proving, 2)}
@@ -127,11 +127,11 @@ def main() -> None:
     """Print one line of JSON for each loop."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, default=400)
-    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--boxes", type=int, default=60_000)
     parser.add_argument("--loops", nargs="*", choices=list(LOOPS), default=list(LOOPS))
     given = parser.parse_args()
     for name in given.loops:
-        print(json.dumps(measured(name, given.samples, given.seconds)), flush=True)
+        print(json.dumps(measured(name, given.samples, given.boxes)), flush=True)
 
 
 if __name__ == "__main__":

@@ -84,7 +84,7 @@ def test_what_is_set_is_what_is_proved() -> None:
 
 
 def test_a_verdict_is_no_mistake(plant: str) -> None:
-    shown = ulna("prove", plant, *LAW, "--within", "q=40", "--patience", "2")
+    shown = ulna("prove", plant, *LAW, "--within", "q=40", "--boxes", "4000")
     assert shown.exit_code == 0, shown.output
     assert "proved:" not in shown.output
 

@@ -40,6 +40,7 @@ from ulna.certify.checker_arithmetic import (
     pivots,
     power_above,
     quadratic_of_inverse,
+    times,
     vanishes,
 )
 from ulna.certify.checker_global import Everywhere
@@ -363,15 +364,8 @@ class _Checker:
 
     def _falls(self, point: list[arb], box: Box) -> bool:
         k, n, P = self.k, self.n, self.P
-        w, m = [around(*side) for side in box[:k]], [exactly(side[0]) for side in box[:k]]
-        outer = point[:k]
-        rates, _ = self.still.duals([p + d for p, d in zip(outer, w, strict=True)])
-        start, _ = self.still.duals([p + d for p, d in zip(outer, m, strict=True)])
-        push = [sum((P[i][j] * w[j] for j in range(k)), arb(0)) for i in range(k)]
-        total = sum((P[i][j] * m[i] * start[j].value for i in range(k) for j in range(k)), arb(0))
-        for j in range(k):
-            slope = sum((P[j][i] * rates[i].value + rates[i].slope[j] * push[i] for i in range(k)), arb(0))
-            total += slope * around(Fraction(0), box[j][1])
+        w, outer = [around(*side) for side in box[:k]], point[:k]
+        push, total = times(P, w), self.still.power(P, outer, box[:k])
         coupled: list[list[arb]] = []
         if k < n:
             errors = self._errors(w)

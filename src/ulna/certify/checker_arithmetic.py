@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -55,6 +55,16 @@ def quadratic_of_inverse(S: list[list[arb]], c: list[arb]) -> arb:
             factor = rows[i][k] / rows[k][k]
             rows[i] = [a - factor * b for a, b in zip(rows[i], rows[k], strict=True)]
     return total
+
+
+def dot(left: Iterable[arb], right: Iterable[arb]) -> arb:
+    """Of two rows, as far as the shorter one goes."""
+    return sum((a * b for a, b in zip(left, right, strict=False)), arb(0))
+
+
+def times(matrix: Iterable[Sequence[arb]], vector: Sequence[arb]) -> list[arb]:
+    """The rows times a vector, which may be the first part of them."""
+    return [dot(vector, row) for row in matrix][: len(vector)]
 
 
 # ------------------------------------------------------------------------------------------------------- arithmetic

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 import sympy as sp
@@ -11,13 +11,17 @@ from flint import arb
 
 from ulna.certify.certificate import OVER, Certificate
 from ulna.certify.checker_arithmetic import (
+    Box,
     Dual,
     approximate_inverse,
     around,
+    definite,
+    dot,
     dual,
     dual_of_product,
     exactly,
     sum_of_slopes,
+    times,
 )
 
 SEGMENTS = 4
@@ -26,7 +30,10 @@ SEGMENTS = 4
 
 @dataclass(slots=True)
 class LimitedLoop:
-    """ζ' = g + β (s − k), s = k within limits, as formulas."""
+    """ζ' = g + β (s − k), s = k within limits, as formulas.
+
+    `linear` is found when first asked for: about the slopes at rest, and Q = −(PA + AᵀP).
+    """
 
     symbols: list[sp.Symbol]
     closed: list[sp.Expr]
@@ -34,6 +41,7 @@ class LimitedLoop:
     commands: list[sp.Expr]
     lower: list[arb]
     upper: list[arb]
+    linear: list[list[list[arb]]] = field(default_factory=list)
 
     def duals(self, point: Sequence[arb]) -> tuple[list[Dual], list[arb]]:
         """The rates with their derivatives by every coordinate, and the commands."""
@@ -69,6 +77,36 @@ class LimitedLoop:
                 for j, slope in enumerate(rate.slope):
                     total[i][j] += slope / SEGMENTS
         return total
+
+    def power(self, P: Sequence[Sequence[arb]], point: Sequence[arb], box: Box) -> arb:
+        """An upper bound of wᵀPw' on the box w = m + δ, no errors; for any A with w' = A w + ν.
+
+        wᵀPAw ≤ −mᵀQm/2 − mᵀQδ as Q = −(PA + AᵀP) ≥ 0, and wᵀPν = mᵀPν(m) + gᵀδ, g its gradient over the box.
+        """
+        k = len(box)
+        m, delta = [exactly(side[0]) for side in box], [around(Fraction(0), side[1]) for side in box]
+        start, _ = self.duals([p + v for p, v in zip(point, m, strict=False)])
+        rates, _ = self.duals([p + v + d for p, v, d in zip(point, m, delta, strict=False)])
+        A, Q = self._linear(P, point)
+        turn = [[rate.slope[j] - A[i][j] for j in range(k)] for i, rate in enumerate(rates)]
+        still = [rate.value - v for rate, v in zip(start, times(A, m), strict=True)]
+        moved = [a + b for a, b in zip(still, times(turn, delta), strict=True)]
+        push, Qm = times(P, [a + b for a, b in zip(m, delta, strict=True)]), times(Q, m)
+        gradient = [
+            a + b - c for a, b, c in zip(times(P, moved), times(zip(*turn, strict=True), push), Qm, strict=True)
+        ]
+        return dot(m, times(P, still)) - dot(m, Qm) / 2 + dot(gradient, delta)
+
+    def _linear(self, P: Sequence[Sequence[arb]], rest: Sequence[arb]) -> tuple[list[list[arb]], list[list[arb]]]:
+        """About the slopes at rest, and Q; both 0 where Q is not positive definite."""
+        if not self.linear:
+            rates, _ = self.duals(rest)
+            A = [[arb(float(v.mid())) for v in rate.slope] for rate in rates]
+            half = [times(zip(*A, strict=True), row) for row in P[: len(rest)]]
+            Q = [[-(half[i][j] + half[j][i]) for j in range(len(rest))] for i in range(len(rest))]
+            zero = [[arb(0)] * len(rest) for _ in range(len(rest))]
+            self.linear = [A, Q] if definite(Q) else [zero, zero]
+        return self.linear[0], self.linear[1]
 
     def one_equilibrium(self, center: Sequence[Fraction], point: Sequence[arb]) -> bool:
         """Whether exactly one is in the box around the center, and no limit is met in it."""

@@ -135,15 +135,15 @@ def sampled_limit(slopes: Slopes, found: Rest, form: tuple[np.ndarray, float], d
 def _falls(slopes: Slopes, found: Rest, form: tuple[np.ndarray, float], offsets: np.ndarray) -> bool:
     P, rate = form
     if slopes.still is not None:
-        return _falls_with_errors(slopes, slopes.still, found, (P, offsets))
+        return _falls_with_errors(slopes, slopes.still, found, (P, offsets, rate))
     rates = slopes.limited_rates(found.numbers[:, None] + offsets)
     change = np.einsum("ij,ij->j", offsets, P @ (rates + rate * offsets))
     return bool(np.isfinite(change).all() and (change < 0).all())
 
 
-def _falls_with_errors(slopes: Slopes, still: Slopes, found: Rest, at: tuple[np.ndarray, np.ndarray]) -> bool:
-    """At samples (P, offsets), the bound that the proof takes over all errors beside a state; see `region`."""
-    P, offsets = at
+def _falls_with_errors(slopes: Slopes, still: Slopes, found: Rest, at: tuple[np.ndarray, np.ndarray, float]) -> bool:
+    """At samples (P, offsets, rate), the bound that the proof takes over all errors beside a state; see `region`."""
+    P, offsets, rate = at
     k, rest = slopes.form.outer, found.numbers[:, None]
     at_rest = slopes.numbers(found.numbers)
     S = -(P[k:, k:] @ at_rest[k:, k:] + at_rest[k:, k:].T @ P[k:, k:])
@@ -160,7 +160,7 @@ def _falls_with_errors(slopes: Slopes, still: Slopes, found: Rest, at: tuple[np.
     reach = np.sqrt(level * np.diag(np.linalg.inv(P[k:, k:])))
     beside[k:] = np.sign(offsets[k:]) * reach[:, None] * np.sqrt(1.0 - fractions**2)
     push = P[:k, :k] @ w[:k]
-    change = np.einsum("ij,ij->j", push, still.limited_rates(rest[:k] + w[:k]))
+    change = np.einsum("ij,ij->j", push, still.limited_rates(rest[:k] + w[:k]) + rate * w[:k])
     coupled = slopes.limited_matrices(rest + beside)[:k, k:]
     c = np.einsum("ijs,is->js", coupled, push)
     change = change + np.einsum("js,js->s", c, np.linalg.solve(S, c)) / 2

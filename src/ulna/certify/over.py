@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -37,8 +36,6 @@ from ulna.certify.region import HALVED, LEAF
 from ulna.certify.rest import linear_answer
 from ulna.loop import Loop
 
-PARTS = 20_000
-"""Boxes of parameters that are looked at."""
 _SAMPLES, _SEED = 60, 0
 _TRIES = 7
 """Sizes of the box that are tried where the whole of it is refuted."""
@@ -64,7 +61,7 @@ class Covered:
     looked: int
 
 
-def prove_over(loop: Loop, claim: Over, inputs: Mapping[str, Any], seconds: float) -> Verdict:
+def prove_over(loop: Loop, claim: Over, inputs: Mapping[str, Any], boxes: int) -> Verdict:
     """The claim over a box of parameters; see `prove`."""
     limited = limited_loop(loop, inputs, list(claim.parameters))
     form, bounds = in_states(limited), claim.bounds
@@ -75,8 +72,8 @@ def prove_over(loop: Loop, claim: Over, inputs: Mapping[str, Any], seconds: floa
     against = _counterexample(family, bounds, near)
     if against is not None:
         known = {p.name: p.value for p in loop.plant.parameters if p.name in bounds and p.value is not None}
-        return Verdict.refuted(text, **against, **_proved_part(family, bounds, known, near, seconds / 2))
-    done = cover(family, _box_of(bounds), near, seconds)
+        return Verdict.refuted(text, **against, **_proved_part(family, bounds, known, near, boxes // 2))
+    done = cover(family, _box_of(bounds), near, boxes)
     if not done.proved:
         stuck = {} if done.stuck is None else {"stuck": _named(bounds, [m for m, _ in done.stuck])}
         return Verdict.undecided(
@@ -109,16 +106,16 @@ def _box_of(bounds: Bounds) -> ParameterBox:
     return tuple(((low + high) / 2, (high - low) / 2) for low, high in bounds.values())
 
 
-def cover(family: Family, box: ParameterBox, near: np.ndarray, seconds: float) -> Covered:
+def cover(family: Family, box: ParameterBox, near: np.ndarray, boxes: int) -> Covered:
     """Whether at every value of the parameters the loop rests within its limits and is exponentially stable there."""
-    began, looked = time.thread_time(), 0
+    looked = 0
     splits: list[str] = []
     parts: list[Part] = []
     stack = [(box, near)]
     while stack:
         part, start = stack.pop()
         looked += 1
-        if looked > PARTS or time.thread_time() - began > seconds:
+        if looked > boxes:
             return Covered(proved=False, splits="", parts=(), stuck=part, looked=looked)
         x = equilibrium_near(family.slopes.at(at(middle_of(part))), start)
         shown, moves = (None, None) if x is None else _part(family, part, x)
@@ -208,18 +205,19 @@ def _beyond(family: Family, point: ParameterBox, x: np.ndarray) -> dict[str, flo
 
 
 def _proved_part(
-    family: Family, bounds: Bounds, known: Mapping[str, sp.Expr], near: np.ndarray, seconds: float
+    family: Family, bounds: Bounds, known: Mapping[str, sp.Expr], near: np.ndarray, boxes: int
 ) -> dict[str, Any]:
     """The largest box around the known values, of the shape of the whole, that is proved; empty where none is."""
-    began, low, high, best = time.thread_time(), sp.Integer(0), sp.Integer(1), None
+    left, low, high, best = boxes, sp.Integer(0), sp.Integer(1), None
     middle = {n: min(max(sp.Rational(known[n]), a), b) if n in known else (a + b) / 2 for n, (a, b) in bounds.items()}
     for _ in range(_TRIES):
         share = (low + high) / 2
         part = {n: tuple(middle[n] + share * (end - middle[n]) for end in ends) for n, ends in bounds.items()}
-        left = seconds - (time.thread_time() - began)
         if left <= 0:
             break
-        if cover(family, _box_of(part), near, min(left, seconds / 3)).proved:
+        done = cover(family, _box_of(part), near, min(left, boxes // 3))
+        left -= done.looked
+        if done.proved:
             low, best = share, part
         else:
             high = share

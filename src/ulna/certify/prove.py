@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-import time
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -27,16 +27,17 @@ from ulna.certify.rest import Rest, holding, linear_answer, rest
 from ulna.certify.ultimate import prove_ultimate
 from ulna.loop import Loop
 
-PATIENCE = 20.0
-"""s of CPU time for a claim."""
-BOXES = 200_000
-FINER = 1.2
+BOXES = 60_000
+"""That a search may look at."""
+FINER = 1.05
 """Ratio of the smallest level not proved to the largest proved one at which the search for the level ends."""
+_FIRST = 0.97
+"""Of the level that samples allow, what is tried first."""
 _TRIED = 3
 """Quadratic forms that are tried in earnest."""
 
 
-def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, seconds: float = PATIENCE) -> Verdict:
+def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, boxes: int = BOXES) -> Verdict:
     """Whether a claim about a continuous loop within its limits is true, proved in exact and ball arithmetic.
 
     A region or a box: V = (ζ − ζ*)ᵀ P (ζ − ζ*) with P from a Lyapunov equation, in coordinates ζ in which the loop is
@@ -50,7 +51,8 @@ def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, 
         loop: without a processor; its saturation counts.
         claim: `Region()`, `StableWithin(box={...})`, `GloballyStable()` or `Over(parameters={...})`.
         inputs: SI values at which references and disturbances are held, by name; 0 where left out.
-        seconds: CPU time for the search.
+        boxes: how many the search may look at: the same answer on every machine. A part of a box of parameters counts
+            as 20. The box of `UltimateBound` is not cut.
 
     Returns:
         Proved with a `certificate` (and `half_axes` of the ellipsoid, `level`, `boxes`; of a global claim `growth`,
@@ -70,7 +72,7 @@ def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, 
         proved: all runs of 'closed loop of Duffing oscillator with force' converge to one equilibrium, which is stable
     """
     if isinstance(claim, Over):
-        return prove_over(loop, claim, inputs or {}, seconds)
+        return prove_over(loop, claim, inputs or {}, boxes // 20)
     if isinstance(claim, UltimateBound):
         return prove_ultimate(loop, claim, inputs or {})
     limited = limited_loop(loop, inputs or {})
@@ -90,17 +92,15 @@ def prove(loop: Loop, claim: Claim, *, inputs: Mapping[str, Any] | None = None, 
     if isinstance(claim, GloballyStable):
         return _everywhere(loop, slopes, found, text)
     sizes = _sizes(slopes, found, claim)
-    began = time.thread_time()
     tried = candidates(slopes, found, sizes)
     if not tried:
         return Verdict.undecided(text, reason="the linearisation is not asymptotically stable")
     if isinstance(claim, StableWithin):
-        best, least = _within(slopes, found, claim, tried[:_TRIED], seconds)
+        best, least = _within(slopes, found, claim, tried[:_TRIED], boxes)
     else:
-        best, least = _widest(slopes, found, tried[:_TRIED], seconds), {}
-    spent = time.thread_time() - began
+        best, least = _widest(slopes, found, tried[:_TRIED], boxes), {}
     if best is None:
-        return _open(slopes, found, claim, text, {**least, "seconds": round(spent, 2)})
+        return _open(slopes, found, claim, text, least)
     return _proved(loop, slopes, found, claim, text, best)
 
 
@@ -109,7 +109,7 @@ _Best = tuple[Candidate, sp.Rational, Attempt]
 
 
 def _within(
-    slopes: Slopes, found: Rest, claim: StableWithin, tried: list[Candidate], seconds: float
+    slopes: Slopes, found: Rest, claim: StableWithin, tried: list[Candidate], boxes: int
 ) -> tuple[_Best | None, dict[str, Any]]:
     """The first form with a level set that holds the box and is proved; where the last one stuck."""
     least: dict[str, Any] = {}
@@ -117,18 +117,18 @@ def _within(
     for each in tried:
         level = _level_of(each.P, slopes, found, claim)
         if inside(slopes.form, found, each.P, level, sides):
-            done = attempt(slopes, found, each.P, level, boxes=BOXES, seconds=seconds / len(tried))
+            done = attempt(slopes, found, each.P, level, boxes=boxes // len(tried))
             if done.proved:
                 return (each, level, done), {}
             least = _stuck(slopes.form, done)
     return None, least
 
 
-def _widest(slopes: Slopes, found: Rest, tried: list[Candidate], seconds: float) -> _Best | None:
-    """The form and level of the largest ellipsoid that is proved; half of the time is the first form's."""
+def _widest(slopes: Slopes, found: Rest, tried: list[Candidate], boxes: int) -> _Best | None:
+    """The form and level of the largest ellipsoid that is proved; half of the boxes are the first form's."""
     best: _Best | None = None
     for k, each in enumerate(tried):
-        level, done = _largest(slopes, found, each, seconds * (0.5 if k == 0 else 0.5 / (len(tried) - 1)))
+        level, done = _largest(slopes, found, each, boxes // 2 if k == 0 else boxes // 2 // (len(tried) - 1))
         if done is not None and (best is None or _volume(each.P, level) > _volume(best[0].P, best[1])):
             best = (each, level, done)
     return best
@@ -208,25 +208,21 @@ def _exactly(value: float) -> sp.Rational:
     return sp.Rational(str(value))
 
 
-def _largest(slopes: Slopes, found: Rest, candidate: Candidate, seconds: float) -> tuple[sp.Rational, Attempt | None]:
+def _largest(slopes: Slopes, found: Rest, candidate: Candidate, boxes: int) -> tuple[sp.Rational, Attempt | None]:
     """The largest level that is proved, by halving on a logarithmic scale below what samples allow."""
-    began = time.thread_time()
-    low, high = None, candidate.limit
+    low, high, left = 0.0, candidate.limit, boxes
     best: Attempt | None = None
-    level = high * 0.7
-    while time.thread_time() - began < seconds and (low is None or high / low > FINER):
-        left = seconds - (time.thread_time() - began)
-        exact_level = sp.Rational(float(level))
-        done = attempt(slopes, found, candidate.P, exact_level, boxes=BOXES, seconds=max(0.2, left / 2))
+    level = _FIRST * high
+    while left > 0 and high > FINER * low and level > candidate.limit * 1e-18:
+        # One that takes more boxes than that counts as not proved.
+        done = attempt(slopes, found, candidate.P, sp.Rational(level), boxes=min(left, boxes // 2))
+        left -= done.boxes
         if done.proved:
             low, best = level, done
-            level = (low * high) ** 0.5
         else:
             high = level
-            level = (low * high) ** 0.5 if low is not None else level / 8
-        if low is None and level < candidate.limit * 1e-18:
-            break
-    return sp.Rational(float(low or 0.0)), best
+        level = math.sqrt(low * high) if low else level / 4
+    return sp.Rational(low), best
 
 
 def _volume(P: sp.Matrix, level: sp.Rational) -> float:

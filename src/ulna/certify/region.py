@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -14,6 +13,9 @@ from ulna.certify.balls import Slopes, ball
 from ulna.certify.errors import CertifyError
 from ulna.certify.rest import Rest
 
+_PLACES, _LEAST = 8, 0.03
+"""Places at which the influence of a coordinate is sampled; the least of it, as part of the largest one."""
+_FEW = 4
 LEAF, HALVED = ".", "/"
 """In a tree: a box that is settled; one that is halved, followed by the place of the variable, then both halves."""
 
@@ -24,14 +26,13 @@ class Attempt:
 
     Attributes:
         proved: whether V falls. tree: the boxes that show it. boxes: how many were looked at. stuck: middle and
-            half-widths of the box where it ended otherwise. seconds: CPU time.
+            half-widths of the box where it ended otherwise.
     """
 
     proved: bool
     tree: str
     boxes: int
     stuck: tuple[np.ndarray, np.ndarray] | None
-    seconds: float
 
 
 def rational(matrix: np.ndarray) -> sp.Matrix:
@@ -46,15 +47,15 @@ def rational(matrix: np.ndarray) -> sp.Matrix:
     return sp.Matrix([[entry(min(i, j), max(i, j)) for j in range(n)] for i in range(n)])
 
 
-def attempt(slopes: Slopes, found: Rest, P: sp.Matrix, level: sp.Rational, *, boxes: int, seconds: float) -> Attempt:
+def attempt(slopes: Slopes, found: Rest, P: sp.Matrix, level: sp.Rational, *, boxes: int) -> Attempt:
     """Whether PM(d) + M(d)ᵀP < 0 for every d with dᵀPd ≤ level, so that V falls exponentially there.
 
     Args:
         slopes, found: the loop and its equilibrium. P: positive definite. level: of V.
-        boxes, seconds: budget; CPU time.
+        boxes: how many may be looked at.
     """
-    start, tree, looked = time.thread_time(), [], 0
-    geometry = Ellipsoid(P, level, slopes.active, slopes.form.outer)
+    tree, looked = [], 0
+    geometry = Ellipsoid(P, level, slopes, found)
     weights = _influence(slopes, found, geometry)
     center, n = found.balls, len(found.center)
     root = (np.zeros(n), geometry.half)
@@ -62,39 +63,43 @@ def attempt(slopes: Slopes, found: Rest, P: sp.Matrix, level: sp.Rational, *, bo
     while stack:
         middle, half = stack.pop()
         looked += 1
-        spent = time.thread_time() - start
-        if looked > boxes or spent > seconds:
-            return Attempt(proved=False, tree="", boxes=looked, stuck=(middle, half), seconds=spent)
+        if looked > boxes:
+            return Attempt(proved=False, tree="", boxes=looked, stuck=(middle, half))
         box = geometry.balls(middle, half)
         if geometry.outside(box, half) or falls(slopes, center, geometry, middle, half):
             tree.append(LEAF)
             continue
         place = max(geometry.active, key=lambda k: weights[k] * half[k] / geometry.half[k], default=None)
         if place is None or half[place] < 1e-4 * geometry.half[place]:
-            return Attempt(proved=False, tree="", boxes=looked, stuck=(middle, half), seconds=spent)
+            return Attempt(proved=False, tree="", boxes=looked, stuck=(middle, half))
         tree.append(f"{HALVED}{place}")
         # The lower half comes first.
         stack += reversed(list(halves(middle, half, place)))
-    return Attempt(proved=True, tree=" ".join(tree), boxes=looked, stuck=None, seconds=time.thread_time() - start)
+    return Attempt(proved=True, tree=" ".join(tree), boxes=looked, stuck=None)
 
 
 def _influence(slopes: Slopes, found: Rest, geometry: Ellipsoid) -> np.ndarray:
-    """(n,) how much the secant matrix and the commands change over the ellipsoid with each coordinate; never 0."""
+    """(n,) how much the secant matrix and the commands change over the ellipsoid with each coordinate; never 0.
+
+    Of random places within: a product does not change with one factor where the other one is 0.
+    """
     middle, n = found.numbers, len(found.center)
-    basis = geometry.basis
-    at_rest, still = slopes.numbers(middle), slopes.limited_slopes(middle)
-    found_weights = np.full(n, 1e-3)
-    for place in slopes.active:
-        for sign in (-0.5, 0.5):
-            moved = middle.copy()
-            moved[place] += sign * geometry.half[place]
-            change = np.linalg.inv(basis) @ (slopes.numbers(moved) - at_rest) @ basis
+    basis, still = geometry.basis, slopes.limited_slopes(middle)
+    turned = np.linalg.inv(basis)
+    inside = np.random.default_rng(0).uniform(-0.5, 0.5, (_PLACES, n)) * geometry.half / np.sqrt(n)
+    found_weights = np.zeros(n)
+    for place in geometry.active:
+        for start in middle + inside:
+            ahead, behind = start.copy(), start.copy()
+            ahead[place] += geometry.half[place] / 2
+            behind[place] -= geometry.half[place] / 2
+            change = turned @ (slopes.numbers(ahead) - slopes.numbers(behind)) @ basis
             if np.isfinite(change).all():
-                found_weights[place] += np.linalg.norm(change)
-        found_weights[place] += np.linalg.norm(np.linalg.inv(basis) @ still, axis=0).max(initial=0.0) * (
+                found_weights[place] += np.linalg.norm(change) / _PLACES
+        found_weights[place] += np.linalg.norm(turned @ still, axis=0).max(initial=0.0) * (
             slopes.share_of_limits(middle, place, geometry.half[place])
         )
-    return found_weights
+    return np.maximum(found_weights, _LEAST * found_weights.max() + 1e-9)
 
 
 def halves(middle: np.ndarray, half: np.ndarray, place: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -109,8 +114,11 @@ def halves(middle: np.ndarray, half: np.ndarray, place: int) -> Iterator[tuple[n
 class Ellipsoid:
     """{d : dᵀPd ≤ level}, its bounding box and its shadows on some of the variables."""
 
-    def __init__(self, P: sp.Matrix, level: sp.Rational, active: Sequence[int], outer: int) -> None:
-        n = P.shape[0]
+    def __init__(self, P: sp.Matrix, level: sp.Rational, slopes: Slopes, found: Rest) -> None:
+        n, outer = P.shape[0], slopes.form.outer
+        # With few coordinates all are halved: beside the secant matrix V' itself can then be bounded.
+        active = tuple(range(n)) if outer <= _FEW else slopes.active
+        self.rest = found.numbers
         self.P = arb_mat(n, n, [ball(v) for v in P])
         self.level, self.active = ball(level), tuple(active)
         numbers = np.array(P.tolist(), dtype=float)
@@ -124,6 +132,7 @@ class Ellipsoid:
             # Of the errors only their size counts, given how much of the level the states leave.
             self.active = tuple(k for k in self.active if k < outer)
         self._decay: arb_mat | None = None
+        self._linear: tuple[arb_mat, arb_mat, arb_mat] | None = None
         self._shadows: dict[tuple[int, ...], arb_mat] = {}
         self._idle = [arb(0, float(self.half[j])) for j in range(n)]
 
@@ -158,6 +167,22 @@ class Ellipsoid:
                 raise CertifyError("the errors' part", "its quadratic form does not fall.")
             self._decay = S.inv()
         return self._decay
+
+    def linear(self, slopes: Slopes) -> tuple[arb_mat, arb_mat, arb_mat]:
+        """P₁ of the states before the errors, A about their slopes at rest, and Q = −(P₁A + AᵀP₁) > 0, or A = Q = 0.
+
+        The slopes are those of the states alone.
+        """
+        if self._linear is None:
+            k = self.outer
+            P = arb_mat(k, k, [self.P[i, j] for i in range(k) for j in range(k)])
+            A = arb_mat(k, k, [arb(v) for v in slopes.numbers(self.rest[:k]).ravel().tolist()])
+            product = P * A
+            Q = -(product + product.transpose())
+            if not definite(-Q, self.basis[:k, :k]):
+                A = Q = arb_mat(k, k, [arb(0)] * (k * k))
+            self._linear = P, A, Q
+        return self._linear
 
     def balls(self, middle: np.ndarray, half: np.ndarray) -> list[arb]:
         """The box; what is not active ranges over all of the ellipsoid."""
@@ -213,17 +238,25 @@ def falls(slopes: Slopes, center: list[arb], geometry: Ellipsoid, middle: np.nda
 
 
 def _falls_here(slopes: Slopes, center: list[arb], geometry: Ellipsoid, middle: np.ndarray, half: np.ndarray) -> bool:
-    """Whether dᵀP ζ' < 0 on the box, by the mean-value form about its middle."""
-    n, P = len(middle), geometry.P
-    d = arb_mat(n, 1, [arb(float(c), float(h)) for c, h in zip(middle, half, strict=True)])
-    m = arb_mat(n, 1, [arb(float(c)) for c in middle])
-    point = [c + d[k, 0] for k, c in enumerate(center)]
-    rates = arb_mat(n, 1, slopes.rates([c + m[k, 0] for k, c in enumerate(center)]))
-    total = (m.transpose() * (P * rates))[0, 0]
-    gradient = P * arb_mat(n, 1, slopes.rates(point)) + slopes.matrix(point).transpose() * (P * d)
-    for k in range(n):
-        total += gradient[k, 0] * arb(0, float(half[k]))
-    return bool(total < 0)
+    """Whether dᵀP ζ' < 0 on the box."""
+    return bool(_power_on(slopes, center, geometry, middle, half) < 0)
+
+
+def _power_on(slopes: Slopes, center: list[arb], geometry: Ellipsoid, middle: np.ndarray, half: np.ndarray) -> arb:
+    """An upper bound of dᵀP ζ' on the box d = m + δ, where the linear part is not bounded but taken as it is.
+
+    With ζ' = A d + ν(d) for any A: dᵀPAd = −dᵀQd/2 ≤ −mᵀQm/2 − mᵀQδ as Q ≥ 0, and dᵀPν by the mean-value form.
+    """
+    k = geometry.outer
+    P, A, Q = geometry.linear(slopes)
+    m = arb_mat(k, 1, [arb(v) for v in middle[:k].tolist()])
+    delta = arb_mat(k, 1, [arb(0, v) for v in half[:k].tolist()])
+    start = slopes.rates([c + m[j, 0] for j, c in enumerate(center[:k])])
+    turn = slopes.matrix([c + m[j, 0] + delta[j, 0] for j, c in enumerate(center[:k])]) - A
+    still = arb_mat(k, 1, start) - A * m
+    gradient = P * (still + turn * delta) + turn.transpose() * (P * (m + delta)) - Q * m
+    total = m.transpose() * (P * still - Q * m * arb(0.5)) + gradient.transpose() * delta
+    return total[0, 0]
 
 
 def _falls_with_errors(
@@ -240,14 +273,7 @@ def _falls_with_errors(
     errors = geometry.errors_beside(w)
     if errors is None:
         return True
-    point = [c + v for c, v in zip(center[:k], w, strict=True)]
-    at_middle = [arb(float(c)) for c in middle[:k]]
-    start = still.rates([c + v for c, v in zip(center[:k], at_middle, strict=True)])
-    push, rates, slope = geometry.pushed(w), still.rates(point), still.matrix(point)
-    total = _dot(geometry.pushed(at_middle), start) + _dot(
-        [geometry.pushed(rates)[j] + _dot([slope[i, j] for i in range(k)], push) for j in range(k)],
-        [arb(0, float(h)) for h in half[:k]],
-    )
+    push, total = geometry.pushed(w), _power_on(still, center, geometry, middle, half)
     coupled = slopes.matrix([c + v for c, v in zip(center, [*w, *errors], strict=True)])
     c = arb_mat(n - k, 1, [_dot([coupled[i, k + j] for i in range(k)], push) for j in range(n - k)])
     total += (c.transpose() * (geometry.decay_inverse(slopes, center) * c))[0, 0] / 2

@@ -56,7 +56,7 @@ def prove(
             "keeps its design values.",
         ),
     ] = None,
-    patience: Annotated[float, typer.Option("--patience", min=0.1, help="CPU time for the search, s.")] = 20.0,
+    boxes: Annotated[int, typer.Option("--boxes", min=1, help="How many the search may look at.")] = 60_000,
     out: Annotated[Path | None, typer.Option(help="Write the certificate for `ulna check` (JSON).")] = None,
     plot: Annotated[
         Path | None, typer.Option(help="Draw the proved region beside sampled runs: a .png, .svg or .pdf file.")
@@ -92,7 +92,7 @@ def prove(
         raise SimulationError(f"the input '{moving[0]}'", "it moves, and the proof is about rest.", "Give a number.")
     with progress("proving"):
         claim = _over(loop, ranges) if ranges else _claim(loop, within or [], everywhere=everywhere)
-        verdict = proved(loop, claim, inputs=asked.inputs, seconds=patience)
+        verdict = proved(loop, claim, inputs=asked.inputs, boxes=boxes)
     certificate = verdict.evidence.get("certificate")
     if out is not None and certificate is not None:
         certificate.write(out)
