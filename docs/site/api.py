@@ -28,6 +28,6 @@ def api_pages() -> Iterator[tuple[str, str]]:
 
 
 def _path(package: str, name: str) -> str:
-    """Where the name is defined: a function may bear the name of the file that it is in."""
+    """Where the name is defined: a function may have the name of the file that it is in."""
     value = getattr(ulna, name)
     return f"{value.__module__}.{name}" if getattr(value, "__name__", "") == name else f"{package}.{name}"

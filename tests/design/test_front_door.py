@@ -160,7 +160,7 @@ def test_a_controller_that_drives_nothing_is_refused():
         close_loop(ARM, stray)
 
 
-# The output bears a state's name without being that state.
+# The output has a state's name without being that state.
 CUBE = system_from_mapping(
     {"name": "cube", "states": {"x1": "x2", "x2": "u"}, "inputs": {"u": {}}, "outputs": {"x2": "x1 + x1**3"}}
 )

@@ -42,7 +42,7 @@ BENT = plant(
     {"y": "x1"},
     "u",
 )
-# The output bears a state's name without being that state.
+# The output has a state's name without being that state.
 CUBE = plant({"x1": "x2", "x2": "u"}, {"x2": "x1 + x1**3"}, "u")
 NO_FORM = plant({"x1": "x2", "x2": "x2**3 - x1 + u"}, {"y": "x1"}, "u")
 LOADED = with_disturbance(SINE, {"x2": 1})

@@ -1,4 +1,4 @@
-"""An operating point that hangs on free parameters never makes an answer worse than none: outputs in closed form."""
+"""An operating point that depends on free parameters never makes an answer worse than none: outputs in closed form."""
 
 from __future__ import annotations
 

@@ -121,7 +121,7 @@ def test_the_one_link_arm_with_symbols_has_full_rank() -> None:
 
 
 def endless(*_arguments: object) -> None:
-    """Works for ever: only a budget ends it, however fast or busy the machine is."""
+    """Works forever: only a budget ends it, however fast or busy the machine is."""
     while True:
         pass
 

@@ -78,7 +78,7 @@ def test_there_is_one_version() -> None:
 
 
 def _shadowed(front: Path, names: Collection[str]) -> set[str]:
-    """The names of a front that are also its modules or packages: which of the two one gets hangs on import order."""
+    """The names of a front that are also its modules or packages: which of the two one gets depends on import order."""
     return {n for n in names if (front / f"{n}.py").exists() or (front / n).is_dir()}
 
 

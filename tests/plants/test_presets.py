@@ -99,7 +99,7 @@ def test_the_margin_names_what_limits_it() -> None:
     assert torque_margin(preset("paper"), load=5.0).available == math.inf
     bench = torque_margin(preset("bench_servo"), load=0.15)
     assert bench.lifts
-    assert not bench.lasts  # 1.07 A against 1.0 A for ever
+    assert not bench.lasts  # 1.07 A against 1.0 A forever
     assert torque_margin(preset("bench_servo"), load=0.10).lasts
 
 

@@ -1,4 +1,4 @@
-"""Inverses through quadratics and Lambert's function; branches that hang on the parameters' values."""
+"""Inverses through quadratics and Lambert's function; branches that depend on the parameters' values."""
 
 from __future__ import annotations
 

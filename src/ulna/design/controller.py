@@ -53,7 +53,7 @@ class Controller:
 
     @property
     def reads_states(self) -> bool:
-        """Whether its inputs mean states of the plant, where an output bears the same name."""
+        """Whether its inputs mean states of the plant, where an output has the same name."""
         return self.observer is None and self.law is not None and self.law.reads_states
 
     @property

@@ -1,6 +1,6 @@
 """The structure of a plant in numbers: brackets and Lie derivatives at points in ball arithmetic, no formula formed.
 
-Along the flow of the drift, x(t) and what hangs on it are Taylor series. With A(t) = ∂f/∂x a field follows
+Along the flow of the drift, x(t) and what depends on it are Taylor series. With A(t) = ∂f/∂x a field follows
 ad_f X = A X − X', a one-form L_f ω = ω' + ω A: a product of series for each bracket (K. Röbenack, J. Dyn. Sys. Meas.
 Control 127 (2005)). Whether a number is zero is judged by its ball: one that excludes 0 is certain, whatever the scale
 of its row; one that does not counts as zero only if it is zero to half of the working digits.
@@ -291,7 +291,7 @@ def _degrees(flows: Sequence[FlowAtPoint], functions: int) -> tuple[tuple[int | 
             if True in reached:
                 degrees[i] = level + 1
             elif None in reached:
-                tried = f"{flows[0].digits} binary digits: derivative {level + 1} may hang on an input or not"
+                tried = f"{flows[0].digits} binary digits: derivative {level + 1} may depend on an input or not"
                 return tuple(degrees), Verdict.undecided(claim, tried=tried, output=i + 1)
     evidence = {"points": len(flows), "seed": SEED, "digits": flows[0].digits}
     return tuple(degrees), Verdict.supported(claim, **evidence)

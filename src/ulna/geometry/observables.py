@@ -139,7 +139,7 @@ def _motion(view: ControlAffine, rank: int) -> dict[str, str]:
 
 
 def _input_factors(minor: Expr, view: ControlAffine) -> set[Expr]:
-    """The factors of a numerator that hang on inputs."""
+    """The factors of a numerator that depend on inputs."""
     numerator = sp.factor(sp.numer(sp.together(minor)))
     bases = [factor.as_base_exp()[0] for factor in sp.Mul.make_args(numerator)]
     return {base for base in bases if base.has(*view.u)}

@@ -60,7 +60,7 @@ def shortest_chains(system: System) -> tuple[int | None, ...]:
     Sci. 47 (1992)). A plant whose output takes an input directly has 0 there.
     """
     inputs = set(system.input_symbols)
-    # What one implicit set solves for hangs on all that appears in it.
+    # What one implicit set solves for depends on all that appears in it.
     together = {s for d in system.unknowns for s in d.expression.free_symbols}
     used = {d.symbol: together if d.implicit else d.expression.free_symbols for d in system.definitions}
     rate_of = dict(zip(system.state_symbols, system.rates, strict=True))

@@ -69,7 +69,7 @@ def simplest_function_of(value: Expr, coordinates: Sequence[Symbol], *, near: Ma
 
 
 def without_offset(value: Expr, near: Mapping[Symbol, Expr]) -> Expr:
-    """T − T(point) where T is finite at the point, T itself where the point of its coordinates hangs on parameters.
+    """T − T(point) where T is finite at the point, T itself where the point of its coordinates depends on parameters.
 
     A constant of parameters would make a longer function, which says no more.
     """

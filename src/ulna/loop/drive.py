@@ -64,7 +64,7 @@ class Pwm:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Amplifier:
-    """A drive that gives what it can: at each sample the command is cut to bounds that hang on the plant's state.
+    """A drive that gives what it can: at each sample the command is cut to bounds that depend on the plant's state.
 
     A battery behind its resistance and a current limit are such bounds:
     `upper = "min(V, cell - Rb*i, emf*omega + Ra*peak)"`. Where the bounds cross, the lower one wins.

@@ -39,7 +39,7 @@ class Fitted:
         ranges: of each reference, both ends known.
         frozen: places in the memory of integrals under anti-windup.
         walls: of each end stop the places of position and velocity among the plant's states.
-        numbers: what holds for ever, by the name of the kernels' input.
+        numbers: what holds forever, by the name of the kernels' input.
     """
 
     wiring: Wiring

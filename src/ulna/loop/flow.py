@@ -150,7 +150,7 @@ def _outputs(loop: Fitted, plant: Kernel) -> Kernel:
 
 
 def _constants(w: Assembly, plant: Kernel) -> dict[str, Scalar]:
-    """What the plant's parameters amount to; they bear a name of their own, the controller has such numbers too."""
+    """What the plant's parameters amount to; they have a name of their own, the controller has such numbers too."""
     return {name: w.input(slot) for name, slot in _names(plant).items()}
 
 

@@ -14,7 +14,7 @@ class Guard:
     """A sample with a value that is not finite counts as a fault: the memory stays, the command is held or replaced.
 
     A measured value that is not finite is ignored, as if the sample had been missed. A limiter alone would hand its
-    bound on for ever: NaN fails every comparison.
+    bound on forever: NaN fails every comparison.
 
     Args:
         reaction: what is commanded instead of a command that is not finite. With `SafeOutput` a simulated run goes on;

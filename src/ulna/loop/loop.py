@@ -28,7 +28,7 @@ from ulna.system import Signal, System
 class Loop:
     """All that decides how the plant moves: itself, what controls it, and the hardware that lies between.
 
-    The wiring is by names. Plant inputs that bear the name of a controller output are driven by it, the others are
+    The wiring is by names. Plant inputs that have the name of a controller output are driven by it, the others are
     disturbances. Each input of the controller reads the estimate of this name, else the plant's input, output or state
     of this name; inputs that nothing feeds are references, which whoever runs the loop gives.
 

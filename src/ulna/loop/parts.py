@@ -18,7 +18,7 @@ class Parts:
         system: the whole. law: what computes the commands; the whole, where there is no observer; None of an observer
             by itself.
         observer: what estimates, by itself: in a loop with a processor it sees the limited, delayed input.
-        states_first: whether its inputs mean states, where an output of the plant bears the same name.
+        states_first: whether its inputs mean states, where an output of the plant has the same name.
         initial: where states of the controller start that are not at 0 and nobody names: a filter's covariance.
     """
 

@@ -23,12 +23,12 @@ class Reading:
 
 
 def reading(plant: System, name: str, *, states_first: bool) -> Reading | None:
-    """The plant's output or state that feeds an input of this name; None where neither bears it.
+    """The plant's output or state that feeds an input of this name; None where neither has it.
 
     Args:
         plant: what is measured.
-        name: of the input; `<output>_measured` means the output, where a state of another meaning bears its name.
-        states_first: a law on measured states means a state, where an output of another meaning bears its name.
+        name: of the input; `<output>_measured` means the output, where a state of another meaning has its name.
+        states_first: a law on measured states means a state, where an output of another meaning has its name.
     """
     outputs = {s.name: (s, e) for s, e in zip(plant.outputs, plant.inline(plant.readouts), strict=True)}
     states = {s.name: s for s in plant.states}

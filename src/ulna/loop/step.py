@@ -24,7 +24,7 @@ class Step:
 
     Attributes:
         stages: kernels, one after the other: read and advance, then command.
-        numbers: values of the inputs that hold for ever: limits, steps, coefficients.
+        numbers: values of the inputs that hold forever: limits, steps, coefficients.
     """
 
     stages: tuple[Kernel, ...]

@@ -117,7 +117,7 @@ def _gone(loop: Fitted, w: Assembly, missed: Scalar | None, outputs: dict[str, S
         return None
     count = w.input("absent") + 1.0
     gone = missed.both(count.more(float(deadline.missed)))
-    # It stops one above the limit: counted for ever it would lose its last bit.
+    # It stops one above the limit: counted forever it would lose its last bit.
     outputs["absent"] = missed.where(gone.where(float(deadline.missed), count), 0.0)
     return gone
 

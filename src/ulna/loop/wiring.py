@@ -68,7 +68,7 @@ def wire(plant: System, controller: Any) -> Wiring:
     Each input of the controller reads the estimate of this name (`x_hat`, then `x`), what the plant's input of this
     name gets, the plant's output, the plant's state; what is left is a reference.
 
-    An estimator drives nothing: of what it estimates, something bears the name `<state>_hat` or `<output>_hat`.
+    An estimator drives nothing: of what it estimates, something has the name `<state>_hat` or `<output>_hat`.
 
     Raises:
         SimulationError: a controller that drives and estimates nothing, an estimator and a law in different times, or

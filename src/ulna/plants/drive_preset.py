@@ -30,7 +30,7 @@ class Limits:
     """What the hardware cannot exceed; None where nothing is known. The sampled loop applies them, no formula does.
 
     Attributes:
-        voltage: largest |u| in V; current_peak, current_continuous: largest |i| in A, for a moment and for ever.
+        voltage: largest |u| in V; current_peak, current_continuous: largest |i| in A, briefly and continuously.
         period: sampling period in s; encoder_counts: positions per turn of the joint.
     """
 

@@ -27,7 +27,7 @@ class TorqueMargin:
     """Torque asked for and torque there is at standstill, in N m at the joint, and what sets the limit.
 
     Attributes:
-        needed: to hold the load at the angle; available: for a moment; lasting: for ever (infinite where unknown).
+        needed: to hold the load at the angle; available: briefly; lasting: continuously (infinite where unknown).
         reason: the limit behind `available`: the current limit, or voltage over resistance.
     """
 
@@ -43,7 +43,7 @@ class TorqueMargin:
 
     @property
     def lasts(self) -> bool:
-        """Whether it can hold the load for ever."""
+        """Whether it can hold the load continuously."""
         return self.lasting >= self.needed
 
 

@@ -1,4 +1,4 @@
-"""Motor heating: winding and housing as two nodes, and the current that can flow for ever."""
+"""Motor heating: winding and housing as two nodes, and the current that can flow continuously."""
 
 from __future__ import annotations
 

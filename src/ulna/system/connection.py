@@ -16,7 +16,7 @@ from ulna.system.system import System
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Part:
-    """One system with the names its quantities bear in the whole."""
+    """One system with the names its quantities have in the whole."""
 
     key: str
     system: System

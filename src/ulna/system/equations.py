@@ -25,7 +25,7 @@ def equations(system: System) -> list[tuple[str, sp.Expr]]:
     definitions = [(d.symbol, d.expression) for d in system.definitions if not d.implicit and d.symbol not in replaced]
     taken = {s.symbol for s in (*system.states, *system.inputs, *system.parameters, *system.definitions)}
     for output, readout in zip(system.outputs, system.readouts, strict=True):
-        # A definition that is shown as an output bears the output's name.
+        # A definition that is shown as an output has the output's name.
         shown = replaced.get(readout, readout)
         if output.symbol not in taken and shown in {symbol for symbol, _ in definitions}:
             replaced = {name: output.symbol if to == shown else to for name, to in replaced.items()}

@@ -46,7 +46,7 @@ class Equilibrium:
 
     @property
     def where(self) -> dict[sp.Symbol, sp.Expr]:
-        """What questions at the point are asked at: the states, and the parameters where the point hangs on them."""
+        """What questions at the point are asked at: the states, and the parameters where the point depends on them."""
         return {**self.states, **self.parameters}
 
     @property

@@ -20,7 +20,7 @@ from ulna.sim import Constant, FixedSteps, Implicit, Taylor, as_input
 from ulna.system import STAY_INSIDE, System, declared_range, out_of_range
 
 RESULT_COLUMNS = ("run", "outcome", "settled", "end_time")
-"""Names that no varied quantity may bear."""
+"""Names that no varied quantity may have."""
 
 
 class Role(Enum):
@@ -47,7 +47,7 @@ class Experiment:
         measures: what is kept of every run.
 
     Raises:
-        CampaignError: names that nothing bears, values out of a parameter's bounds, a reference without a value, a
+        CampaignError: names of nothing in the loop, values out of a parameter's bounds, a reference without a value, a
             horizon that is no time, an engine that does not fit the loop.
     """
 
@@ -89,7 +89,7 @@ class Experiment:
         """What a varied name is.
 
         Raises:
-            CampaignError: where nothing bears it.
+            CampaignError: where nothing has this name.
         """
         known = self._known()
         for role, names in known.items():

@@ -155,7 +155,7 @@ def _of_column(name: str, column: int, found: Ensemble) -> np.ndarray:
 
 def _in_window(window: Window, reduced: Callable[..., Any], found: Ensemble) -> np.ndarray:
     """(N,) a number of a signal's path within the window; NaN where a run ended before the window does."""
-    # Runs in rows of their own: a sum rounds by where its terms lie, which must not hang on how many runs there are.
+    # Runs in rows of their own: a sum rounds by where its terms lie, which must not depend on how many runs there are.
     rows = np.ascontiguousarray(found[window.signal][:, window.holds(found.times)])
     return reduced(rows, axis=1)
 

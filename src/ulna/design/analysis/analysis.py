@@ -252,6 +252,6 @@ def _answered(
     found = outcome.value
     if found is None:
         return {key: not_applicable(key, outcome.reason, ran_out=outcome.ran_out) for key in keys}
-    # What has no value of its own shares the verdict of the question it hangs on, the group's first.
+    # What has no value of its own shares the verdict of the question it depends on, the group's first.
     first = found[keys[0]].verdict
     return {key: Answer(verdict=first, value=None) for key in keys} | found

@@ -74,7 +74,7 @@ def close_loop(plant: PlantLike, controller: SystemLike, hardware: Hardware | No
 
     Args:
         plant: not necessarily the one designed for; a system, a catalogue name or a plant file.
-        controller: a law, a compensator, or any system whose outputs bear names of the plant's inputs.
+        controller: a law, a compensator, or any system whose outputs are named like the plant's inputs.
         hardware: processor, sensors, drive and limits; None for the continuous loop.
 
     Raises:

@@ -51,7 +51,7 @@ def gain_schedule(
         over: the output that is scheduled, with the ends of its range, SI, and the number of knots, two or more.
         gains: as in `local_law`, one rule for all knots.
         integral: add ∫(y − r) dt, its gain scheduled too.
-        measured: K hangs on the output as it is measured instead of on r.
+        measured: K depends on the output as it is measured instead of on r.
 
     Raises:
         DesignError: for another output or range, a knot where the plant does not rest or that gains do not fit.

@@ -93,7 +93,7 @@ def least_effort(
 ) -> sp.ImmutableDenseMatrix:
     """(m, n) K of least ∫ e^{ωt} duᵀ du that makes dx e^{ωt/2} die out: every mode slower than ω/2 is mirrored at −ω/2.
 
-    A mode at 0 goes to −ω, one at ω to −2ω, faster stable ones stay. It hangs on no unit of a state; those of the
+    A mode at 0 goes to −ω, one at ω to −2ω, faster stable ones stay. It depends on no unit of a state; those of the
     inputs weigh alike.
 
     Args:

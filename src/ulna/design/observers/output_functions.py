@@ -98,7 +98,7 @@ def output_section(view: ControlAffine) -> OutputSection:
 
 
 def output_symbols(system: System) -> tuple[sp.Symbol, ...]:
-    """(p,) symbols of the outputs; one that bears a state's name without being that state gets another name."""
+    """(p,) symbols of the outputs; one that has a state's name without being that state gets another name."""
     taken = {*system.state_symbols, *system.input_symbols, *system.parameter_symbols}
     found = []
     for signal, h in zip(system.outputs, system.inline(system.readouts), strict=True):
@@ -164,7 +164,7 @@ def _solved(
         return None
     if all(h in view.x for h in view.h):
         return {**fixed, **dict(zip(outputs, y, strict=True))}
-    # Fresh symbols: an output may bear a state's name.
+    # Fresh symbols: an output may have a state's name.
     names = [sp.Symbol(f"{s.name}_level", real=True) for s in y]
     near = {x: point[x] for x in pivots}
     branch = invert_map(outputs, list(pivots), names, near=near, seconds=seconds).expressions

@@ -31,7 +31,7 @@ def to_balls(kernel: Kernel) -> Callable[..., tuple[arb, ...]]:
 
     A constant is the short fraction that rounds to it (9.81 is 981/100), or else any number that rounds to it: what is
     certainly not zero here is certainly not zero for the exact constants. A value that does not exist as a real number
-    for every point of the balls is a NaN ball, also one that hangs on a comparison which the balls leave open.
+    for every point of the balls is a NaN ball, also one that depends on a comparison which the balls leave open.
 
     Raises:
         UlnaError: for FLIP: what is written out in an arithmetic has no bounds of use.

@@ -101,7 +101,7 @@ class WatchedBranch(Watcher):
         return 0.0
 
     def _put_on_edge(self, at: Course) -> None:
-        """Take away what rounding left of the distance from the edge, which a root would not bear."""
+        """Take away what rounding left of the distance from the edge, which a root would not tolerate."""
         distance, there = self._distance(at), at.copied()
         slopes = np.zeros(len(at.state))
         for k, value in enumerate(at.state.tolist()):

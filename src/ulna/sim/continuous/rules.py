@@ -131,7 +131,7 @@ def _limits(given: tuple[tuple[str, Saturation], ...]) -> tuple[Limit, ...]:
 
 
 def _wired(system: System, name: str) -> sp.Symbol | None:
-    """The symbol of the wire that an output shows, if it shows one that some rate hangs on."""
+    """The symbol of the wire that an output shows, if it shows one that some rate depends on."""
     readout = next((e for s, e in zip(system.outputs, system.readouts, strict=True) if s.name == name), None)
     wires = {d.symbol for d in system.definitions}
     return readout if isinstance(readout, sp.Symbol) and readout in wires else None

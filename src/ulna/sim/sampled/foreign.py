@@ -17,7 +17,7 @@ class ForeignStep:
     """A function `void symbol(const double *given, double *told)` that computes one sample of a loop.
 
     Attributes:
-        symbol: a name that no other code bears. address: of the function.
+        symbol: a name that no other code has. address: of the function.
         inputs, outputs: slots of the step, in the order of the numbers given and told; the fault is told as 0 or NaN.
         initial: what states of the controller and driven inputs begin with where a run names none of them, by name.
         library: what keeps the code in memory.

@@ -216,7 +216,7 @@ def _moves(times: np.ndarray, step: float, place: float) -> np.ndarray:
     moves = np.ones(len(times) - 1)
     late = times - times[0] - step * np.arange(len(times))
     steps = np.diff(times)
-    # Where packets of samples bear one time, the usual step is that of packets.
+    # Where the samples of a packet share one time, the usual step is that of packets.
     for k in np.flatnonzero(steps > 1.5 * max(step, float(np.median(steps[steps > 0]))) + place):
         before, after = late[max(0, k - 19) : k + 1], late[k + 1 : k + 21]
         lost = max(0, round(float(np.median(after) - np.median(before)) / step))

@@ -46,7 +46,7 @@ def attempt(
     Computer algebra fails in many ways (NotImplementedError, ValueError, RecursionError, ...): each becomes a
     reason. Mistakes of the user (`UlnaError`), KeyboardInterrupt and an outer budget that is spent pass through.
 
-    What powers of high degree could keep inside compiled code for ever is computed in the helper process.
+    What powers of high degree could keep inside compiled code forever is computed in the helper process.
 
     Args:
         seconds: s of CPU time.

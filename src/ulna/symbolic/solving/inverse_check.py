@@ -82,7 +82,7 @@ def _identity(
 def comes_back(task: InversionTask, start: dict[sp.Symbol, sp.Expr], expressions: tuple[sp.Expr, ...]) -> Verdict:
     """S(T(x)) = x at points near x0, for any parameters or at least near those of the base point.
 
-    The branch of a root may hang on the signs of parameters: then the evidence names the `parameters`.
+    The branch of a root may depend on the signs of parameters: then the evidence names the `parameters`.
     """
     there = dict(zip(task.new, task.forward, strict=True))
     left = [one.xreplace(there) - x for one, x in zip(expressions, task.old, strict=True)]

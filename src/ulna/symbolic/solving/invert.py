@@ -75,7 +75,7 @@ def invert_map(
         forward: (n,) T(x), may contain parameters.
         old: (n,) x.
         new: (n,) z.
-        near: a value for each of `old`; for parameters too where the branch may hang on them.
+        near: a value for each of `old`; for parameters too where the branch may depend on them.
         seconds: s, for everything.
     """
     claim = "the map is inverted on the branch through the base point"
