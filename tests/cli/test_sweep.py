@@ -133,7 +133,7 @@ def test_the_command_for_the_worst_run_can_be_copied(plant: str, tmp_path: Path,
     [
         (["--vary", "mm=uniform(1,2)"], "Did you mean m"),
         (["--vary", "m=uniform(0,2)"], "its range is [0.5, 3]"),
-        (["--vary", "m=uniform(2,1)"], "wrong way round"),
+        (["--vary", "m=uniform(2,1)"], "low is not below high"),
         (["--vary", "m=uniform(2)"], "1 numbers, uniform takes 2"),
         (["--vary", "m=cauchy(1,2)"], "'cauchy' is unknown"),
         (["--vary", "m 1 2"], "it cannot be read"),

@@ -122,7 +122,7 @@ def test_missing_unknown_and_textual_entries_are_refused() -> None:
     with pytest.raises(PlantError, match="torque"):
         preset_from_mapping("unknown", unknown)
     text["parameters"]["m1"]["value"] = "two"
-    with pytest.raises(PlantError, match="no finite number"):
+    with pytest.raises(PlantError, match="needs a finite number"):
         preset_from_mapping("text", text)
     with pytest.raises(PlantError, match="bench_servo"):
         preset("bench-serv")

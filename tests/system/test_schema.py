@@ -71,7 +71,7 @@ def test_a_parameter_keeps_its_unit_and_has_an_si_value():
             FormulaError,
             "thet",
         ),
-        ({"inputs": {"theta": {"unit": "V"}, "u": {"unit": "rad/s^2"}}}, PlantError, "stands in"),
+        ({"inputs": {"theta": {"unit": "V"}, "u": {"unit": "rad/s^2"}}}, PlantError, "declared in"),
         ({"states": {"theta": {"unit": "rad"}, "omega": PENDULUM["states"]["omega"]}}, PlantError, "missing"),
         ({"states": {**PENDULUM["states"], "theta": {"unit": "rad", "equation": "theta"}}}, UnitError, "rad/s"),
         ({"states": {**PENDULUM["states"], "theta": {"unit": "furlongz", "equation": "omega"}}}, UnitError, "furlongz"),

@@ -170,7 +170,7 @@ def _times(first: Unit, second: Unit, power: int) -> Unit:
 def _named(name: str, text: str) -> Unit:
     """A unit by its symbol, with or without a prefix."""
     if name in ("degC", "degF", "°C", "°F"):
-        raise UnitError(f"unit '{text}'", "its zero is not that of SI.", "Write the temperature in K.")
+        raise UnitError(f"unit '{text}'", "its zero is not absolute zero.", "Write the temperature in K.")
     found = _without_prefix(name)
     if found is None and name[0] in _PREFIXES and name[1:] not in (*_WITHOUT_PREFIX, "deg", "1"):
         found = _without_prefix(name[1:])

@@ -106,7 +106,7 @@ class Verdict:
     def __bool__(self) -> NoReturn:
         raise UlnaError(
             f"the truth of '{self.claim}'",
-            f"it is {self.status}: a verdict is no yes or no by itself.",
+            f"it is {self.status}: a verdict is more than true or false.",
             "Ask .holds (proved, or supported at sampled points), .fails (refuted) or .status.",
         )
 

@@ -238,7 +238,7 @@ class _Checker:
         if any(self.P[i][j] != 0 for i in range(k) for j in range(k, n)):
             return "P is not block diagonal"
         if any(c != 0 for c in self.center[k:]) or any(not vanishes(b) for row in self.loop.gains[k:] for b in row):
-            return "the errors do not hang on themselves alone"
+            return "the errors depend on more than themselves"
         for e in self.loop.closed[k:]:
             if not e.free_symbols <= inner or not all(sp.diff(e, s).is_Rational for s in inner):
                 return "the errors are not linear"

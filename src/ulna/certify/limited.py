@@ -147,7 +147,7 @@ def _opened(
             whole = symbol
         meaning[symbol] = whole
     if any(e.has(*commands) for e in commands.values()):
-        raise CertifyError(f"a proof for '{system.name}'", "one limited signal hangs on another one.")
+        raise CertifyError(f"a proof for '{system.name}'", "one limited signal depends on another one.")
     raw = tuple(e.xreplace(held) for e in system.rates)
     check_smooth(system.name, (*raw, *(formula for _, formula in wires)))
     by_name = {shown[name]: limit for name, limit in limits.items()}

@@ -166,7 +166,7 @@ def _approximate(plant: System, gains: Gains, *, reference: AbstractReference | 
         if max(p.real for p in poles) >= 0:
             raise PassedOverError("with the dropped terms put back its loop is not stable at the operating point.")
     elif law.form is not None and law.form.internal_dimension:
-        raise PassedOverError("it leaves states to themselves.")
+        raise PassedOverError("it leaves part of the state without control.")
     return law
 
 

@@ -51,7 +51,7 @@ class MultipleShooting:
 
     def __post_init__(self) -> None:
         if self.segments < 2:
-            raise IdentificationError(f"MultipleShooting(segments={self.segments})", "two at least are due.")
+            raise IdentificationError(f"MultipleShooting(segments={self.segments})", "expected at least two.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

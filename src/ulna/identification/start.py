@@ -41,7 +41,7 @@ class GlobalStart:
     def __post_init__(self) -> None:
         if self.points < 1 or self.fitted < 1:
             raise IdentificationError(
-                f"GlobalStart(points={self.points}, fitted={self.fitted})", "one at least is due."
+                f"GlobalStart(points={self.points}, fitted={self.fitted})", "expected at least one of each."
             )
 
 

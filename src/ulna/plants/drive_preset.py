@@ -158,7 +158,7 @@ def _number(where: str, entry: Mapping[str, Any]) -> sp.Expr:
     try:
         return exact(entry["value"])
     except (KeyError, TypeError, ValueError):
-        raise PlantError(where, f"{entry!r} has no finite number under 'value'.") from None
+        raise PlantError(where, f"{entry!r} needs a finite number under 'value'.") from None
 
 
 def _check(name: str, parameter: Parameter) -> None:

@@ -25,8 +25,8 @@ class Outcome(Enum):
         "Look for a division by zero, a root or a logarithm of a negative number on the way.",
     )
     AMBIGUOUS = (
-        "several motions go on from a jump of the right-hand side",
-        "Start off the surface, on the side that is meant, or write as one jump what acts together.",
+        "more than one motion can follow from a jump of the right-hand side",
+        "Start beside the surface, on the side that you mean, or write jumps that act together as one.",
     )
     STEP_LIMIT = (
         "the largest number of steps was used up before the final time",
@@ -35,16 +35,16 @@ class Outcome(Enum):
     STOPPED = ("a terminal event ended the run", "")
     EDGE = (
         "the motion reached the edge of where its right-hand side is defined",
-        "The equations say nothing beyond: limit the argument, or end the run there by a terminal event.",
+        "The equations have no meaning beyond it: limit the argument, or end the run there by a terminal event.",
     )
     COARSE = (
         "the plant moved too fast for the steps between two samples",
-        "Leave out FixedSteps(number=...), sample faster, or leave out of the plant what is that fast.",
+        "Leave out FixedSteps(number=...), sample faster, or leave the fastest part out of the plant.",
     )
 
     ZENO = (
-        "switchings without end pile up at one instant",
-        "Nothing is known beyond; a small dead band or hysteresis keeps them apart.",
+        "infinitely many switchings meet at one instant",
+        "What follows is not known; a small dead band or hysteresis keeps them apart.",
     )
 
     @property

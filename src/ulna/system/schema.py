@@ -188,7 +188,7 @@ def _check_unique(data: Mapping[str, Any], where: str) -> None:
         for name in data.get(section, {}):
             if name in seen:
                 raise PlantError(
-                    f"name '{name}' in {where}", f"it stands in [{seen[name]}] and in [{section}].", "Rename one."
+                    f"name '{name}' in {where}", f"it is declared in [{seen[name]}] and in [{section}].", "Rename one."
                 )
             seen[name] = section
 
@@ -256,7 +256,7 @@ def _correlations(data: Mapping[str, Any], where: str) -> tuple[tuple[str, str, 
                     raise PlantError(asked, f"'{name}' is no parameter with a std.", f"Parameters with one: {known}.")
             number = _number(value, f"{asked} with '{second}'")
             if first == second or not -1 <= number <= 1 or (first, second) in rows or (second, first) in rows:
-                found = f"{_shown(value)} with '{second}': a pair stands once, its correlation lies between -1 and 1."
+                found = f"{_shown(value)} with '{second}': expected each pair once, a correlation from -1 to 1."
                 raise PlantError(asked, found)
             rows[first, second] = number
     return tuple((first, second, number) for (first, second), number in rows.items())

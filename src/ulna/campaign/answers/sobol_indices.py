@@ -103,7 +103,9 @@ def _checked_mean(result: CampaignResult, figure: str) -> float:
             "Vary less, or take a figure that every run has: 'settled', a peak error.",
         )
     if low == high:
-        raise CampaignError(f"sensitivity of '{figure}'", f"it is {low:g} in every run: nothing to share out.")
+        raise CampaignError(
+            f"sensitivity of '{figure}'", f"it is {low:g} in every run, so there is no variance to explain."
+        )
     return total / result.runs
 
 

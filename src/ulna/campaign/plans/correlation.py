@@ -31,7 +31,7 @@ def checked(
             if name not in names:
                 raise CampaignError(asked, f"'{name}' does not vary.", f"Varied: {', '.join(names)}.")
         if first == second or frozenset((first, second)) in seen or not -1.0 <= value <= 1.0:
-            found = f"{value:g}: a pair of two stands once, its correlation lies between -1 and 1."
+            found = f"{value:g}: expected each pair once, with a correlation between -1 and 1."
             raise CampaignError(asked, found, "Give (name, name, number).")
         seen.add(frozenset((first, second)))
         found.append((str(first), str(second), value))

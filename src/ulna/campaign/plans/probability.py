@@ -224,4 +224,4 @@ def as_probability_distribution(given: Any) -> ProbabilityDistribution:
 
 def _check_order(what: str, low: float, high: float) -> None:
     if not low < high:
-        raise CampaignError(what, "its limits are the wrong way round.", "Give low < high.")
+        raise CampaignError(what, "low is not below high.", "Give low < high.")

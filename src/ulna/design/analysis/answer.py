@@ -28,7 +28,7 @@ class Answer:
     def __bool__(self) -> NoReturn:
         raise UlnaError(
             f"the truth of the answer '{self.verdict.claim}'",
-            f"it is {self.verdict.status}, with the value {self.value}: an answer is no yes or no by itself.",
+            f"it is {self.verdict.status}, with the value {self.value}: an answer is more than true or false.",
             "Ask .value, or .verdict.holds and .verdict.fails.",
         )
 

@@ -22,7 +22,7 @@ class PermanentOffset:
     """Where a mismatched loop rests: equation(unknown) = 0.
 
     Attributes:
-        system: the closed loop; its parameters that plant and law hold differently begin with `plant_` and `controller_`.
+        system: the closed loop; parameters that differ in plant and law begin with `plant_` and `controller_`.
         unknown: the state the equation is in.
         equation: the one equation left when all other states are eliminated.
         first_order: one Newton step from zero: the offset to first order in the mismatch.

@@ -84,7 +84,7 @@ def _asked(
         raise DesignError(asked, f"the range of {name} is {low} to {high} with {count} knots.", "Give lower < upper.")
     others = [k for k, o in enumerate(system.outputs) if o.controlled and o.name != name]
     if len(others) + 1 != len(system.inputs):
-        found = f"with {len(system.inputs)} inputs {len(others) + 1} outputs are controlled, so no family is meant."
+        found = f"{len(system.inputs)} inputs and {len(others) + 1} controlled outputs, expected as many of both."
         raise DesignError(
             asked, found, "Say which outputs, as many as inputs, with `with_uses(plant, controlled=[…])`."
         )

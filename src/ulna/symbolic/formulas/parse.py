@@ -197,7 +197,7 @@ def _number(word: str, where: str) -> sp.Expr:
     try:
         return decimal(word)
     except ValueError:
-        raise FormulaError(where, f"the number {_shown(word)} is too long to be meant.") from None
+        raise FormulaError(where, f"the number {_shown(word)} has too many digits.") from None
 
 
 def _to_sympy(node: Any, values: Mapping[str, sp.Expr], where: str, depth: int = 0) -> Any:

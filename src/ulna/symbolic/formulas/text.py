@@ -80,7 +80,7 @@ def exact(value: Any) -> sp.Expr:
         number = sp.Rational(*(decimal(part) for part in value.split("/", 1)))
     elif isinstance(value, int | Fraction):
         if abs(value) > _MOST:
-            raise ValueError("a number of thousands of digits is not meant")
+            raise ValueError("the number has thousands of digits")
         number = sp.Rational(value)
     else:
         number = decimal(str(float(value)))  # NumPy scalars
@@ -97,5 +97,5 @@ def decimal(text: str) -> sp.Rational:
     """
     exponent = re.search(r"[eE]([+-]?\d+)", text)
     if len(text) > MOST_DIGITS or (exponent and abs(int(exponent.group(1)[:8])) > MOST_DIGITS):
-        raise ValueError(f"{text[:70]} is too long to be meant")
+        raise ValueError(f"{text[:70]} has too many digits")
     return sp.Rational(text)
