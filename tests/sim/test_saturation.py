@@ -126,3 +126,13 @@ def test_limits_that_are_never_reached_change_nothing() -> None:
     run = simulate(wide, (10.0, 0.0), GRID)
     np.testing.assert_allclose(run.states, simulate(loop_of(-x - v), (10.0, 0.0), GRID).states, atol=1e-12)
     assert run.events == ()
+
+
+@pytest.mark.parametrize("command", [-4 * sp.sign(v + x), sp.Piecewise((-4, v + x > 0), (4, True))])
+def test_a_relay_behind_a_limit_slides_by_what_the_limit_leaves(command) -> None:
+    run = simulate(loop_of(command, saturation={"u": Saturation(lower=-2, upper=2)}), (1.0, 0.0), np.linspace(0, 5, 51))
+    # x = 1 − t² until v + x = 0 at t = √2 − 1, then x' = −x.
+    met = math.sqrt(2) - 1
+    assert [event.kind for event in run.events] == [EventKind.HELD]
+    assert run.events[0].time == pytest.approx(met, abs=1e-13)
+    assert run["x"][-1] == pytest.approx((1 - met**2) * math.exp(met - 5), rel=1e-9)

@@ -9,7 +9,8 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import PlantError, html_table, number_text
-from ulna.symbolic.formulas import formula, formula_html, put_in, value_html
+from ulna.symbolic.formulas import formula, formula_html, value_html
+from ulna.symbolic.solving import limit_at
 from ulna.system.equilibrium_point import Equilibrium, PointLike, as_point
 from ulna.system.equilibrium_search import equilibrium
 from ulna.system.holder import SystemLike, as_system
@@ -116,7 +117,7 @@ def linearise(system: SystemLike, point: PointLike | None = None) -> Linearisati
     def at_point(expressions: tuple[sp.Expr, ...], by: list[sp.Symbol]) -> sp.ImmutableDenseMatrix:
         if not by or not expressions:
             return sp.ImmutableDenseMatrix(sp.zeros(len(expressions), len(by)))
-        return sp.ImmutableDenseMatrix(sp.Matrix(expressions).jacobian(by).applyfunc(lambda e: put_in(e, at)))
+        return sp.ImmutableDenseMatrix(sp.Matrix(expressions).jacobian(by).applyfunc(lambda e: limit_at(e, at)))
 
     rates, readouts = whole.inline(whole.rates), whole.inline(whole.readouts)
     return Linearisation(

@@ -13,7 +13,7 @@ import sympy as sp
 from ulna.base import FormulaError, Status, Verdict
 from ulna.symbolic.exact import SampledZero, ZeroTest, attempt, is_zero
 from ulna.symbolic.formulas import formula, put_in
-from ulna.symbolic.solving import solutions_in_time
+from ulna.symbolic.solving import limit_at, solutions_in_time
 from ulna.system.equilibrium_point import Equilibrium
 from ulna.system.linear_reduction import reduced
 from ulna.system.many_starts import inside, reached_points
@@ -252,7 +252,7 @@ def _solved(
     rates: tuple[sp.Expr, ...], fixed: Mapping[sp.Symbol, sp.Expr], unknowns: list[sp.Symbol], system: System
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """`fixed` with values in range for the unknowns that make every rate zero; free ones are set to zero."""
-    equations = [e for r in rates if (e := put_in(r, fixed)) != 0]
+    equations = [e for r in rates if (e := limit_at(r, fixed)) != 0]
     if any(e.has(sp.zoo, sp.nan, sp.oo) for e in equations):
         return None
     start, numbers = nearest_to_zero(system), stand_ins(system)
@@ -360,7 +360,7 @@ def rests(
     """Whether every rate is zero at a point; refuted with the first that is not."""
     sure = True
     for signal, rate in zip(system.states, rates, strict=True):
-        value = put_in(rate, point)
+        value = limit_at(rate, point)
         if value.has(sp.zoo, sp.nan, sp.oo):
             return Verdict.refuted(claim, state=signal.name, rate="infinite")
         verdict = is_zero(value, test=test)

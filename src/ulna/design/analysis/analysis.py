@@ -13,7 +13,7 @@ from ulna.base import NotAffineError, Status, UlnaError, html_table
 from ulna.design.analysis.answer import Answer, not_applicable
 from ulna.design.analysis.consistency import consistent
 from ulna.design.analysis.discrete_answers import discrete_answers
-from ulna.design.analysis.formula_answers import GROUPS, law_of_outputs, outputs_answered
+from ulna.design.analysis.formula_answers import GROUPS, RANKS, law_of_outputs, outputs_answered
 from ulna.design.analysis.numeric_answers import LARGE, answers_in_numbers, law_in_numbers, structure_answers
 from ulna.design.analysis.rest_answers import rest_points
 from ulna.design.analysis.side_answers import asked_on_one_side, on_side
@@ -131,13 +131,11 @@ def analyse(
         answers = discrete_answers(system, point)
         return Analysis(system=system, point=point, answers={k: answers[k] for k in _asked(questions, tuple(answers))})
     by, seen = controlled_part(system), measured_part(system)
-    if [s.name for s in by.outputs] != [s.name for s in seen.outputs]:
-        found = analyse(by, questions=questions, within=within, seconds=seconds, groups=groups, told=told)
-        watched = analyse(seen, questions=questions, seconds=seconds, groups=groups)
-        further = {key: answer for key, answer in watched.answers.items() if key.startswith("observ")}
-        return replace(found, system=system, answers={**found.answers, **further})
-    system = by
     wanted = _asked(questions, tuple(key for group in GROUPS for key in group))
+    if [s.name for s in by.outputs] != [s.name for s in seen.outputs]:
+        ask = partial(analyse, within=within, seconds=seconds, groups=groups, told=told)
+        return _by_use(system, wanted, ask)
+    system = by
     asked = {keys: question for keys, question in GROUPS.items() if set(keys) & set(wanted)}
     if within and ("rest_points",) in asked:
         asked["rest_points",] = partial(rest_points, within=within)
@@ -160,7 +158,9 @@ def analyse(
     here = equilibrium_in_numbers(system)
     numbers = consistent(system, structure_answers(system, here, keys), here.where)
     answers |= numbers
-    for group_keys, group in asked.items():
+    for group_keys, group in sorted(asked.items(), key=lambda item: item[0][0].startswith("observer")):
+        if group_keys in RANKS and not any(_open(numbers[key]) for key in group_keys):
+            continue
         # What numbers have answered formulas only make more of: they get a share of the time, the open questions all.
         share = seconds if _open(numbers[group_keys[0]]) else seconds * SHARE
         left = max(min(share, end - worked()), 0.5)
@@ -176,6 +176,15 @@ def analyse(
         part = partial(analyse, side.system, seconds=seconds, groups=groups)
         answers = asked_on_one_side(answers, side, lambda keys: part(questions=keys))
     return Analysis(system=system, point=equilibrium(system), answers=answers)
+
+
+def _by_use(system: System, wanted: Collection[str], ask: Callable[..., Analysis]) -> Analysis:
+    """What is asked about measured outputs of those, all else of the controlled ones."""
+    watched = [key for key in wanted if key.startswith("observ")]
+    parts = ((controlled_part(system), [key for key in wanted if key not in watched]), (measured_part(system), watched))
+    found = [ask(part, questions=keys) for part, keys in parts if keys]
+    answers = {key: answer for part in found for key, answer in part.items()}
+    return replace(found[0], system=system, answers={key: answers[key] for key in wanted})
 
 
 def _asked(questions: Collection[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import sympy as sp
 
 from ulna.base import Status, Verdict
 from ulna.design.analysis.answer import Answer, not_applicable
-from ulna.symbolic.formulas import put_in
+from ulna.symbolic.solving import limit_at
 from ulna.system import System
 
 Answers = dict[str, Answer]
@@ -82,7 +82,7 @@ _FULL: Mapping[str, Any] = {
 
 def _defined(found: Answers, system: System, where: Mapping[sp.Symbol, sp.Expr]) -> None:
     """Nothing is said about a point where the plant has no value; a T proved around the point has one there."""
-    values = [put_in(e, where) for e in system.inline((*system.rates, *system.readouts))]
+    values = [limit_at(e, where) for e in system.inline((*system.rates, *system.readouts))]
     names = [f"{s.name}'" for s in system.states] + [s.name for s in system.outputs]
     missing = [name for name, value in zip(names, values, strict=True) if _is_missing(value)]
     if missing:
@@ -93,7 +93,7 @@ def _defined(found: Answers, system: System, where: Mapping[sp.Symbol, sp.Expr])
     for key, at_point, wanted in full:
         value = _value(found, key)
         regular = _value(found, at_point) == wanted and found[at_point].verdict.holds
-        if value and regular and not missing and any(_is_missing(put_in(e, where)) for e in value):
+        if value and regular and not missing and any(_is_missing(limit_at(e, where)) for e in value):
             found[key] = _open(found[key], "its formula has no value at the operating point")
 
 

@@ -283,3 +283,9 @@ GROUPS: Mapping[tuple[str, ...], Callable[[System], dict[str, Answer]]] = {
     ("rest_points",): rest_points,
 }
 """Which question belongs to which group; a group is answered within one time budget."""
+
+RANKS = (
+    ("accessibility_rank",),
+    ("observability_rank", "observability_rank_at_point", "observability_rank_without_inputs"),
+)
+"""Groups whose answers are numbers alone: where numbers have answered, formulas add nothing."""

@@ -55,6 +55,10 @@ def _structure(system: System, found: NumericStructure) -> dict[str, Answer]:
         "state_linearizable": decided(_by_coordinates_alone(found, n)),
         "linearizable_at_point": decided(_around_the_point(found, full)),
     }
+    if found.rank.value == n:
+        answers["accessibility_rank"] = _ranked(
+            "accessible: the brackets with the drift reach every direction", found.rank
+        )
     if full.fails:
         answers["linearizing_outputs"] = Answer(verdict=full.restated("there are linearising outputs"), value=None)
     if found.observability_rank is not None and found.observability_rank_at_point is not None:

@@ -40,6 +40,7 @@ from ulna.sim.continuous.watchers import scheme_of
 from ulna.sim.inputs import TIME, Constant, Formula, Held, Input, Interpolated
 from ulna.sim.parameters import default_values
 from ulna.symbolic.compiling import kernel
+from ulna.symbolic.solving import without_holes
 from ulna.system import System
 
 Engine = Taylor | Implicit
@@ -144,7 +145,7 @@ def _prepare(
         branches=tuple(n for n, k in zip(edges.names, edges.places, strict=True) if k in watched),
         surfaces=surfaces_of(whole, fixed),
         shown=system if wanted is None else wanted.shown,
-        commands=_commands(system, wanted) if wanted is not None and wanted.limits else None,
+        commands=_commands(system, wanted) if wanted is not None and wanted.commands else None,
         before=before,
         before_inputs=split.before.inputs,
         values=values,
@@ -169,6 +170,8 @@ def _whole(system: System, shape: Shape, wanted: Rules | None) -> tuple[Kernel, 
     clock = [TIME] if timed else []
     modes = [] if wanted is None else [limit.mode for limit in wanted.limits]
     held = [*system.parameter_symbols, *constant]
+    moving = [*system.state_symbols, *ramps, *clock]
+    rates = tuple(without_holes(rate, moving, system.values) for rate in rates)
     names = {f"{signal.name}'": rate for signal, rate in zip(system.states, rates, strict=True)}
     names |= {f"watched {k}": e for k, e in enumerate(watched)}
     whole = kernel(system.name, [*system.state_symbols, *ramps, *clock, *modes, *held], names, held=held)
@@ -183,9 +186,9 @@ def _whole(system: System, shape: Shape, wanted: Rules | None) -> tuple[Kernel, 
 
 def _commands(system: System, wanted: Rules) -> Commands:
     symbols = [*system.state_symbols, *system.input_symbols, *system.parameter_symbols]
-    named = {f"{k}": e for k, e in enumerate(each for pair in wanted.commands for each in pair)}
+    named = {f"{k}": e for k, e in enumerate(each for pair in wanted.commands.values() for each in pair)}
     return Commands(
-        names=tuple(limit.name for limit in wanted.limits),
+        names=tuple(wanted.commands),
         evaluate=to_numpy(kernel(f"commands of {system.name}", symbols, named)),
     )
 

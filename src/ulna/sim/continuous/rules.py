@@ -44,10 +44,10 @@ class Rules:
     Attributes:
         shown: the system with its limits written out (Min, Max), whose outputs a trajectory shows.
         rates: (n,) without abbreviations; limits are decided by the modes of `limits`.
-        limits, walls, reported: what there is.
+        limits, walls, reported: what there is; not the limits of commands that jump, which `rates` have written out.
         watched: the expressions at whose zeros or levels something happens: the command of each limit, position and
             push of each wall, then one for each of `reported`.
-        commands: of each limit before and after it, as functions of states, inputs and parameters.
+        commands: by the name of each limit before and after it, as functions of states, inputs and parameters.
     """
 
     shown: System
@@ -56,7 +56,7 @@ class Rules:
     walls: tuple[Wall, ...]
     reported: tuple[Reported, ...]
     watched: tuple[sp.Expr, ...]
-    commands: tuple[tuple[sp.Expr, sp.Expr], ...]
+    commands: Mapping[str, tuple[sp.Expr, sp.Expr]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,24 +76,26 @@ def rules(system: System, given: Limits, reported: tuple[Reported, ...]) -> Rule
     Raises:
         SimulationError: names that the system does not have; a velocity that does not move its position.
     """
-    limits = _limits(given.saturation)
-    sources = {limit.name: _sources(system, limit.name) for limit in limits}
-    decided = _expanded(system, {s: _decided(limit) for limit in limits for s in sources[limit.name]})
-    clipped = _expanded(system, {s: _clipped(limit) for limit in limits for s in sources[limit.name]})
+    given_limits = _limits(given.saturation)
+    sources = {limit.name: _sources(system, limit.name) for limit in given_limits}
+    clipped = _expanded(system, {s: _clipped(limit) for limit in given_limits for s in sources[limit.name]})
+    # A command that jumps enters and leaves its limits at once: its jump is held, not where it stands.
+    limits = tuple(limit for limit in given_limits if not clipped.commands[sources[limit.name][0]].has(*_JUMPS))
+    written = {limit.name: (_decided if limit in limits else _clipped)(limit) for limit in given_limits}
+    decided = _expanded(system, {s: expression for name, expression in written.items() for s in sources[name]})
     walls = tuple(_wall(system, decided, stop) for stop in given.end_stops)
     commands = [decided.commands[sources[limit.name][0]] for limit in limits]
     positions = [each for wall in walls for each in _of_wall(system, decided, wall)]
     return Rules(
-        shown=replace(system, rates=clipped.rates, readouts=clipped.readouts, definitions=()) if limits else system,
+        shown=replace(system, rates=clipped.rates, readouts=clipped.readouts, definitions=())
+        if given_limits
+        else system,
         rates=decided.rates,
         limits=limits,
         walls=walls,
         reported=reported,
         watched=(*commands, *positions, *(_watched(system, decided, each) for each in reported)),
-        commands=tuple(
-            (clipped.commands[source], clipped.meaning[source])
-            for source in (sources[limit.name][0] for limit in limits)
-        ),
+        commands={name: (clipped.commands[wires[0]], clipped.meaning[wires[0]]) for name, wires in sources.items()},
     )
 
 
@@ -106,6 +108,7 @@ def limited(system: System, saturation: Mapping[str, Saturation]) -> System:
     return rules(system, Limits(saturation=tuple(saturation.items())), ()).shown
 
 
+_JUMPS = (sp.sign, sp.Heaviside, sp.Piecewise, sp.floor, sp.ceiling)
 _VALUE = sp.Symbol("limited value", real=True)
 
 

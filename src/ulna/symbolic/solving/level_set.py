@@ -126,6 +126,8 @@ def _factors(equation: sp.Expr, unknowns: Sequence[sp.Symbol], point: Mapping[sp
     factored = attempt(_FACTOR_SECONDS, "factor", sp.factor_list, numerator)
     parts = [numerator] if factored.value is None else [one for one, _ in factored.value[1]]
     parts = [one for one in parts if one.free_symbols & set(unknowns)]
+    if equation.has(sp.nan, sp.zoo, sp.oo):
+        raise _UnsolvableError(Verdict.undecided(claim, found="an equation has no value on what is solved already"))
     if not parts:
         raise _UnsolvableError(Verdict.refuted(claim, empty=f"{equation} = 0 has no solution"))
     active = [one for one in parts if vanishes_at(one, point)]
