@@ -210,9 +210,12 @@ def _zero_dynamics(system: System) -> dict[str, Answer]:
     if not system.outputs or not system.inputs:
         return {key: not_applicable(key, _NO_INPUT if system.outputs else _NO_OUTPUT) for key in keys}
     found = zero_dynamics(system)
+    stability = minimum_phase(found)
+    phase = Answer(
+        verdict=stability.verdict, value=None if stability.stability == "undecided" else str(stability.stability)
+    )
     if found.system is None:
-        verdicts = (found.verdict, minimum_phase(found).verdict)
-        return {key: Answer(verdict=verdict, value=None) for key, verdict in zip(keys, verdicts, strict=True)}
+        return {"zero_dynamics": Answer(verdict=found.verdict, value=None), "minimum_phase": phase}
     value = {
         "manifold": {x.name: e for x, e in found.manifold.items()},
         "u": [found.inputs[u] for u in system.input_symbols if u in found.inputs],
@@ -220,13 +223,7 @@ def _zero_dynamics(system: System) -> dict[str, Answer]:
         "rhs": {s.name: r for s, r in zip(found.system.states, found.system.rates, strict=True)},
         "set_point": list(found.set_point),
     }
-    stability = minimum_phase(found)
-    return {
-        "zero_dynamics": Answer(verdict=found.verdict, value=value),
-        "minimum_phase": Answer(
-            verdict=stability.verdict, value=None if stability.stability == "undecided" else str(stability.stability)
-        ),
-    }
+    return {"zero_dynamics": Answer(verdict=found.verdict, value=value), "minimum_phase": phase}
 
 
 def _dynamic_extension(system: System) -> dict[str, Answer]:

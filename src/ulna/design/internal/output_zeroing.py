@@ -10,7 +10,7 @@ import sympy as sp
 from ulna.base import Verdict, all_of, html_table
 from ulna.symbolic.exact import SampledZero, generic_rank, is_zero, null_space, rank_at, solve_linear, tidy, time_budget
 from ulna.symbolic.formulas import listing, value_html
-from ulna.symbolic.solving import graph_near, on_branch
+from ulna.symbolic.solving import graph_near, limit_at, on_branch
 from ulna.system import ControlAffine, Equilibrium, System, control_affine, equilibrium_in_numbers
 
 _QUICK = SampledZero(seconds=0.3)
@@ -207,6 +207,8 @@ def _tangency(view: ControlAffine, manifold: _Manifold) -> _Tangency:
     solved = manifold.solved
     free = [x for x in view.x if x not in solved]
     f, g = view.f.xreplace(solved), view.g.xreplace(solved)
+    if f.has(sp.nan):
+        f = view.f.applyfunc(lambda e: limit_at(e, solved))
     place = {x: k for k, x in enumerate(view.x)}
     offset: list[sp.Expr] = []
     slope: list[sp.Expr] = []

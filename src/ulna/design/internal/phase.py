@@ -25,7 +25,7 @@ def minimum_phase(dynamics: ZeroDynamics, *, seconds: float = 5.0) -> Equilibriu
         return _trivially(empty, "the relative degrees add up to its dimension")
     if system is None:
         claim = "the zero dynamics have a stability class"
-        verdict = Verdict.undecided(claim, because=dynamics.verdict, **dynamics.verdict.evidence)
+        verdict = Verdict.undecided(claim, because=dynamics.verdict.claim, **dynamics.verdict.evidence)
         return EquilibriumStability(system=empty, stability=StabilityClass.UNDECIDED, verdict=verdict)
     if not system.states:
         return _trivially(system, "it has no zero dynamics")
