@@ -10,8 +10,9 @@ from browser import Opened, chromium
 
 from ulna import simulate
 from ulna.base import SimulationError
+from ulna.design import analyse
 from ulna.loop import Hardware, Loop, Saturation
-from ulna.page import SetPointSource, studio
+from ulna.page import SetPointSource, report_text, studio
 from ulna.program import Plain
 from ulna.system import Signal, System, system_from_mapping
 
@@ -262,6 +263,26 @@ def test_a_hidden_tab_goes_on_where_it_was_and_does_not_catch_up_in_a_leap(brows
         assert after[0] - before[0] < 0.6
         shown.until(f"ulnaPage.clock.time > {after[0]} + 0.1")
         assert shown.value("ulnaPage.clock.frame(performance.now() + 1e5)") < 100
+
+
+def test_the_page_inside_a_report_runs_under_the_policy_of_both(browser, tmp_path):
+    path, complaints = tmp_path / "report.html", []
+    plant = _pendulum()
+    loop = Loop(plant=plant, controller=_law(40))
+    path.write_text(report_text(loop, analysis=analyse(plant, questions=["relative_degree"]), horizon=1.0), "utf-8")
+    page = browser.new_page()
+    page.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+    page.on("request", lambda r: None if r.url.startswith("file:") else complaints.append(r.url))
+    page.goto(path.as_uri())
+    place = page.locator("iframe")
+    place.scroll_into_view_if_needed()
+    frame = place.element_handle().content_frame()
+    frame.wait_for_selector("body.ready")
+    assert frame.inner_text("#play") == "Play"  # it stands still until it is asked
+    frame.click("#play")
+    frame.wait_for_function("() => ulnaPage.clock.time > 0.2")
+    page.close()
+    assert complaints == []
 
 
 def test_a_recorded_run_is_sought_and_cannot_be_pushed(browser, tmp_path):

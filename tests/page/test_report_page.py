@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from html import unescape
 from html.parser import HTMLParser
@@ -26,7 +27,9 @@ from ulna.loop import (
     SlewLimit,
 )
 from ulna.page import report_page, report_text
+from ulna.page.report.formulas import numbers
 from ulna.page.report.hardware import hardware_rows
+from ulna.page.report.quantities import number_text, seconds, with_unit
 from ulna.plants import model
 from ulna.program import Plain
 from ulna.system import system_from_mapping
@@ -96,6 +99,17 @@ def test_a_loop_with_hardware_has_every_section_on_one_page():
     assert "allow-same-origin" not in (frame["sandbox"] or "")
     assert "default-src 'none'" in unescape(frame["srcdoc"] or "")
     assert "script" not in page.tags
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.1 + 0.2, "0.3"), (2290.0, "2290"), (9.8e-5, "9.8·10⁻⁵"), (1e9, "10⁹"), (-17.64, "−17.64"), (0.0, "0"),
+     (123456.7, "123457"), (math.nan, "–")],
+)  # fmt: skip
+def test_numbers_are_written_as_people_write_them(value: float, text: str) -> None:
+    assert number_text(value) == text
+    assert [with_unit(2.0, "N*m^2/A^2"), seconds(2.5e-4), seconds(0.5)] == ["2 N·m²/A²", "250 µs", "0.5 s"]
+    assert numbers([-8, -2 - 3.464j, -2 + 3.464j, 1e-12j - 3]) == "−2 ± 3.464j, −3, −8"
 
 
 def test_the_hardware_is_told_in_words_with_its_units():

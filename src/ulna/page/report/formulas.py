@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 
 from ulna.base import FormulaError, mathml
+from ulna.page.report.quantities import number_text
 from ulna.report import Block, Formula, Text, value_text, verbatim
 from ulna.symbolic.formulas import equations_latex, expression_latex, is_longer
 
@@ -15,6 +16,8 @@ _SHORT = 30
 """Parts of an expression that fits into a cell of a table."""
 _LONGEST = 240
 """Characters of a value that a table shows."""
+_REAL = 1e-6
+"""Imaginary part of a pole, of its size, that is rounding."""
 
 
 def set_formulas(latex: str, caption: str = "") -> Iterator[Block]:
@@ -56,6 +59,9 @@ def _set(expression: sp.Expr) -> str:
 
 
 def numbers(values: Sequence[complex]) -> str:
-    """Poles as people write them, slowest first."""
-    rows = sorted(values, key=lambda p: (-p.real, abs(p.imag), p.imag))
-    return ", ".join(f"{p.real:.4g}{p.imag:+.4g}j" if abs(p.imag) > 1e-6 * abs(p) else f"{p.real:.4g}" for p in rows)
+    """Poles as people write them: the slowest first, a pair as one."""
+    rows = sorted((p for p in values if p.imag > -_REAL * abs(p)), key=lambda p: (-p.real, abs(p.imag)))
+    return ", ".join(
+        f"{number_text(p.real)} ± {number_text(p.imag)}j" if p.imag > _REAL * abs(p) else number_text(p.real)
+        for p in rows
+    )

@@ -21,12 +21,12 @@ from ulna.loop import (
     SafeOutput,
     Saturation,
 )
+from ulna.page.report.quantities import number_text, seconds, with_unit
 from ulna.program import Precision
 from ulna.report import value_text
 from ulna.system import Signal
 
 Rows = Iterator[tuple[str, str]]
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def hardware_rows(loop: Loop) -> list[tuple[str, str]]:
@@ -39,14 +39,6 @@ def hardware_rows(loop: Loop) -> list[tuple[str, str]]:
     return rows + [("end stop", _stop(each, units)) for each in hardware.end_stops]
 
 
-def seconds(value: float) -> str:
-    """A time as people say it: 250 µs, 1 ms, 0.5 s."""
-    for size, name in ((1e-6, "µs"), (1e-3, "ms")):
-        if 0 < value < 999.95 * size and value < 0.1:
-            return f"{_number(value / size)} {name}"
-    return f"{_number(value)} s"
-
-
 def _processor(loop: Loop, hardware: Hardware) -> Rows:
     own = loop.fit({})
     measured, driven = loop.wiring.measured, loop.wiring.driven
@@ -54,9 +46,9 @@ def _processor(loop: Loop, hardware: Hardware) -> Rows:
     if hardware.delay:
         yield "delay", f"{seconds(hardware.delay)} from a sample to the new input"
     yield from _each("sensor", measured, own.sensors, _sensor)
-    yield from _each("noise", measured, own.noises, lambda n, s: f"standard deviation {_with(n.std, s.unit)}")
+    yield from _each("noise", measured, own.noises, lambda n, s: f"standard deviation {with_unit(n.std, s.unit)}")
     yield from _each("limits", driven, own.saturations, _between)
-    yield from _each("slew", driven, own.slews, lambda r, s: f"at most {_with(r.rate, f'{s.unit}/s')}")
+    yield from _each("slew", driven, own.slews, lambda r, s: f"at most {with_unit(r.rate, f'{s.unit}/s')}")
     yield from _each("drive", driven, own.drives, _drive)
     if hardware.anti_windup is not None:
         yield "anti-windup", f"{', '.join(hardware.anti_windup.states)} kept while the command is limited"
@@ -65,7 +57,7 @@ def _processor(loop: Loop, hardware: Hardware) -> Rows:
     if hardware.jitter is not None:
         yield "clock", f"samples come up to {seconds(hardware.jitter.width)} late, at random"
     if hardware.missed is not None:
-        yield "clock", f"{_number(100 * hardware.missed.probability)} % of the samples are missed, at random"
+        yield "clock", f"{number_text(100 * hardware.missed.probability)} % of the samples are missed, at random"
     yield from _watches(loop, hardware)
 
 
@@ -76,14 +68,14 @@ def _limits(loop: Loop) -> Rows:
 
 def _watches(loop: Loop, hardware: Hardware) -> Rows:
     if (guard := hardware.guard) is not None:
-        beyond = f" or its size reaches {_number(guard.largest)}" if guard.largest < math.inf else ""
+        beyond = f" or its size reaches {number_text(guard.largest)}" if guard.largest < math.inf else ""
         yield "guard", f"where a command is not finite{beyond}, {_reaction(guard.reaction)}"
     if (deadline := hardware.deadline) is not None:
         yield "deadline", f"{_lateness(deadline)}: {_reaction(deadline.reaction)}"
     yield from _each("reference", loop.wiring.references, loop.fit({}).ranges, _range)
     if (innovation := hardware.innovation) is not None:
         size = innovation.size
-        sizes = value_text(size) if isinstance(size, Mapping) else _number(size)
+        sizes = value_text(size) if isinstance(size, Mapping) else number_text(size)
         yield "innovation", f"above {sizes} in {innovation.samples} samples in a row, {_reaction(innovation.reaction)}"
 
 
@@ -95,9 +87,9 @@ def _each(what: str, signals: Sequence[Signal], parts: Sequence[Any], told: Any)
 
 def _sensor(part: Quantiser, signal: Signal) -> str:
     turn = 2 * math.pi / part.step
-    steps = f"steps of {_with(part.step, signal.unit)}"
+    steps = f"steps of {with_unit(part.step, signal.unit)}"
     if signal.unit == "rad" and turn >= 2 and math.isclose(turn, round(turn), rel_tol=1e-9):
-        steps = f"{round(turn)} steps a turn ({_with(part.step, signal.unit)})"
+        steps = f"{round(turn)} steps a turn ({with_unit(part.step, signal.unit)})"
     ends = (part.lower, part.upper)
     return steps if math.inf in map(abs, ends) else f"{steps}, {_ends(*ends, signal.unit)}"
 
@@ -114,9 +106,9 @@ def _drive(part: Pwm | Amplifier, signal: Signal) -> str:
     del signal
     if isinstance(part, Pwm):
         lost = f", {seconds(part.dead_time)} lost of each pulse" if part.dead_time else ""
-        sags = f", {_number(100 * part.sag)} % of it lost at full duty" if part.sag else ""
+        sags = f", {number_text(100 * part.sag)} % of it lost at full duty" if part.sag else ""
         kind = "every pulse" if part.switched else "mean and ripple" if part.ripple else "mean of the pulses"
-        pulses = f"pulses at {_number(part.frequency / 1000)} kHz from {_number(part.supply)} V"
+        pulses = f"pulses at {number_text(part.frequency / 1000)} kHz from {number_text(part.supply)} V"
         return f"bridge with {pulses}{sags}{lost}; {kind}"
     known = {name: value for name, value in part.numbers.items() if math.isfinite(value)}
     numbers = f", with {value_text(known)}" if known else ""
@@ -149,32 +141,15 @@ def _reaction(reaction: Reaction) -> str:
 
 
 def _stop(stop: EndStop, units: Mapping[str, str]) -> str:
-    back = f", and {_number(100 * stop.restitution)} % of the speed comes back" if stop.restitution else ""
+    back = f", and {number_text(100 * stop.restitution)} % of the speed comes back" if stop.restitution else ""
     return f"{stop.position} {_ends(stop.lower, stop.upper, units[stop.position])}{back}"
 
 
 def _ends(lower: float, upper: float, unit: str) -> str:
     if lower == -math.inf:
-        return "without limits" if upper == math.inf else f"up to {_with(upper, unit)}"
+        return "without limits" if upper == math.inf else f"up to {with_unit(upper, unit)}"
     if upper == math.inf:
-        return f"from {_with(lower, unit)} on"
+        return f"from {with_unit(lower, unit)} on"
     if lower == -upper:
-        return f"within ±{_with(upper, unit)}"
-    return f"from {_with(lower, unit)} to {_with(upper, unit)}"
-
-
-def _with(value: float, unit: str) -> str:
-    shown = {"": "", "1": ""}.get(unit, f" {unit.replace('/s/s', '/s²').replace('*', '·')}")
-    return f"{_number(value)}{shown}"
-
-
-def _number(value: float) -> str:
-    """Four digits, without an exponent where a person would write none."""
-    size = abs(value)
-    if size and not 1e-4 <= size < 1e6:
-        mantissa, exponent = f"{value:.3e}".split("e")
-        text, power = mantissa.rstrip("0").rstrip("."), f"10{str(int(exponent)).translate(_RAISED)}"
-        return (power if text == "1" else f"{text}·{power}").replace("-", "−")
-    places = 0 if size >= 1000 or not size else max(0, 3 - math.floor(math.log10(size)))
-    text = f"{value:.{places}f}"
-    return (text.rstrip("0").rstrip(".") if "." in text else text).replace("-", "−")
+        return f"within ±{with_unit(upper, unit)}"
+    return f"from {with_unit(lower, unit)} to {with_unit(upper, unit)}"

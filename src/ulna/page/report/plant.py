@@ -8,6 +8,7 @@ from typing import Any
 from ulna.base import Status, Verdict, told_evidence
 from ulna.design import Analysis
 from ulna.page.report.formulas import cell, cut, set_formulas
+from ulna.page.report.quantities import number_text, unit_text
 from ulna.report import Badge, Block, Cell, Section, Table, Text, Tone, value_text, verbatim
 from ulna.system import Parameter, Signal, System, system_latex
 
@@ -46,19 +47,27 @@ def _plant(plant: System) -> Iterator[Block]:
 
 
 def _row(kind: str, signal: Signal) -> tuple[Cell, ...]:
-    return (kind, cell(signal.symbol), cut(signal.unit), _range(signal), cut(signal.text))
+    return (kind, cell(signal.symbol), cut(unit_text(signal.unit)), _range(signal), cut(signal.text))
 
 
 def _parameter(parameter: Parameter) -> tuple[Cell, ...]:
-    value = "no value" if parameter.value is None else cut(value_text(parameter.value))
-    shown = (parameter.unit, _range(parameter), parameter.text, parameter.source)
+    value = "no value" if parameter.value is None else cut(_value(parameter.value))
+    shown = (unit_text(parameter.unit), _range(parameter), parameter.text, parameter.source)
     return (cell(parameter.symbol), value, *map(cut, shown))
+
+
+def _value(value: Any) -> str:
+    """A number to six digits, what is no number as it is written."""
+    try:
+        return number_text(float(value), 6)
+    except (TypeError, ValueError):
+        return value_text(value)
 
 
 def _range(given: Signal | Parameter) -> str:
     if given.lower is None and given.upper is None:
         return ""
-    low, high = ("…" if each is None else value_text(each) for each in (given.lower, given.upper))
+    low, high = ("…" if each is None else _value(each) for each in (given.lower, given.upper))
     return f"{low} to {high}"
 
 

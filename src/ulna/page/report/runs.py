@@ -13,6 +13,7 @@ from ulna.base import UlnaError
 from ulna.loop import Loop
 from ulna.page.report.formulas import cut
 from ulna.page.report.hardware import hardware_rows
+from ulna.page.report.quantities import number_text, with_unit
 from ulna.plot import plot_trajectories, svg_text
 from ulna.report import Block, Cell, Picture, Section, Table, Text, verbatim
 from ulna.report.run_figures import RunFigures, figures_of, levels_of, without_dust
@@ -72,7 +73,7 @@ def run_section(loop: Loop, found: Ran) -> Section:
 
 def _run(loop: Loop, found: Ran) -> Iterator[Block]:
     for label, run in found.runs.items():
-        start = ", ".join(f"{s.name} = {run[s.name][0]:.4g}" for s in loop.plant.states)
+        start = ", ".join(f"{s.name} = {with_unit(float(run[s.name][0]), s.unit)}" for s in loop.plant.states)
         note = f" {run.note}" if run.note else ""
         yield Text(text=verbatim(f"{label.capitalize()}, from {start}: {run.outcome.text}{note}"))
     figures = found.figures[next(iter(found.runs))]
@@ -99,7 +100,7 @@ def _figures(found: Ran) -> Iterator[Block]:
             shown = (each.targets[name], way.settling_time, 100 * way.overshoot, error)
             outputs.append((label, cut(name), *map(_number, shown)))
         for name, (largest, last) in each.following.items():
-            outputs.append((label, cut(name), "its reference", "–", f"within {largest:.4g}", _number(last)))
+            outputs.append((label, cut(name), "its reference", "–", f"within {number_text(largest)}", _number(last)))
         inputs += [(label, cut(name), _number(i.rms), _number(i.peak)) for name, i in each.inputs.items()]
     if outputs:
         head = ("", "output", "target", "settles within 2 % (s)", "overshoot (%)", "error at the end")
@@ -111,6 +112,4 @@ def _figures(found: Ran) -> Iterator[Block]:
 
 
 def _number(value: float) -> str:
-    if math.isnan(value):
-        return "–"
-    return f"{value:.4g}".replace("-", "−") if math.isfinite(value) else "never"
+    return "never" if math.isinf(value) else number_text(value)

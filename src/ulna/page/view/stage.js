@@ -38,7 +38,7 @@ class Stage {
   /** So many stand beside each other where there are more than two, in rows of about equal length. */
   columns(width) {
     const count = this.app.loops.length;
-    const most = clamp(Math.floor(width / (width > 600 ? 220 : 140)), 1, count);
+    const most = clamp(Math.floor(width / (width > 600 ? 195 : 140)), 1, count);
     return Math.ceil(count / Math.ceil(count / most));
   }
 
