@@ -11,10 +11,11 @@ from ulna.program import Precision
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Board:
-    """A board that QEMU emulates: its `machine` and `core` there, and its `memory` as a linker writes it."""
+    """A board that QEMU emulates: its `machine` and `core` there, its `flash` and `memory` as a linker writes them."""
 
     machine: str
     core: str
+    flash: str
     memory: str
 
 
@@ -49,7 +50,7 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
                 precision=Precision.SINGLE,
                 compiler="arm-none-eabi-gcc",
                 flags=("-mcpu=cortex-m0", *_ARM, "-mfloat-abi=soft"),
-                board=Board(machine="microbit", core="cortex-m0", memory="16K"),
+                board=Board(machine="microbit", core="cortex-m0", flash="256K", memory="16K"),
             ),
             Target(
                 name="cortex-m4f",
@@ -57,7 +58,7 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
                 precision=Precision.SINGLE,
                 compiler="arm-none-eabi-gcc",
                 flags=("-mcpu=cortex-m4", *_ARM, "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"),
-                board=Board(machine="mps2-an386", core="cortex-m4", memory="4M"),
+                board=Board(machine="mps2-an386", core="cortex-m4", flash="4M", memory="4M"),
             ),
             Target(
                 name="cortex-m7",
@@ -65,7 +66,7 @@ TARGETS: Mapping[str, Target] = MappingProxyType(
                 precision=Precision.DOUBLE,
                 compiler="arm-none-eabi-gcc",
                 flags=("-mcpu=cortex-m7", *_ARM, "-mfloat-abi=hard", "-mfpu=fpv5-d16"),
-                board=Board(machine="mps2-an500", core="cortex-m7", memory="4M"),
+                board=Board(machine="mps2-an500", core="cortex-m7", flash="4M", memory="4M"),
             ),
         )
     }

@@ -51,7 +51,8 @@ def run_on_board(target: Target, sources: Sequence[Path], *, flags: Sequence[str
     with tempfile.TemporaryDirectory(prefix="ulna-") as work:
         folder = Path(work)
         (folder / "start.c").write_text((place / "start.c").read_text(encoding="utf-8"), encoding="utf-8")
-        linked = (place / "linked.ld").read_text(encoding="utf-8").replace("RAM_SIZE", target.board.memory)
+        linked = (place / "linked.ld").read_text(encoding="utf-8")
+        linked = linked.replace("RAM_SIZE", target.board.memory).replace("FLASH_SIZE", target.board.flash)
         (folder / "linked.ld").write_text(linked, encoding="utf-8")
         objects = {}
         for k, source in enumerate([folder / "start.c", *sources]):
