@@ -87,6 +87,7 @@ if TYPE_CHECKING:
     from ulna.design import local_observer as local_observer
     from ulna.design import normal_form as normal_form
     from ulna.design import observer_form as observer_form
+    from ulna.design import recursive_estimator as recursive_estimator
     from ulna.design import state_feedback as state_feedback
     from ulna.design import state_linearisation as state_linearisation
     from ulna.design import swing_up as swing_up
@@ -217,7 +218,7 @@ _HOME = {
             controller_for controller_form dynamic_extension exact_observer extended_kalman_filter extended_law
             flat_output gain_schedule high_gain_observer HighGain injected_observer input_output_form KalmanNoise Law
             LinearisingForm LinearQuadratic local_law local_observer Method normal_form Observer observer_form
-            ObserverForm Poles Regulate SetPoint state_feedback state_linearisation swing_up Track
+            ObserverForm Poles recursive_estimator Regulate SetPoint state_feedback state_linearisation swing_up Track
             transformed_observer_form zero_dynamics""",
         "ulna.geometry": """
             accessibility accessible_decomposition Diffeomorphism Distribution distribution first_integrals

@@ -86,6 +86,7 @@ FOR_PYTHON = {
     "lie_derivative": "of vector fields as values",
     "observable_decomposition": "a change of coordinates, used inside analysis",
     "one_form": "one-forms as values",
+    "recursive_estimator": "an estimator beside a loop; `ulna identify` fits its log",
     "plot_trajectories": "several runs in one figure; the terminal runs one",
     "plot_phase": "a figure for notebooks",
     "sensitivities": "slopes along a run, used inside fits",

@@ -66,8 +66,10 @@ from ulna.design.observers import (
     injected_observer,
     local_observer,
     observer_form,
+    recursive_estimator,
     transformed_observer_form,
     with_disturbance,
+    with_unknowns,
 )
 
 __all__ = [
@@ -133,6 +135,7 @@ __all__ = [
     "normal_form",
     "observer_form",
     "permanent_offset",
+    "recursive_estimator",
     "reduced_order",
     "sampled_grid",
     "sampling_advice",
@@ -141,5 +144,6 @@ __all__ = [
     "swing_up",
     "transformed_observer_form",
     "with_disturbance",
+    "with_unknowns",
     "zero_dynamics",
 ]
