@@ -10,6 +10,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from ulna.base import UlnaError
 from ulna.cli.files import refuse_own_input
+from ulna.cli.wording import mistyped
 
 if TYPE_CHECKING:
     from typer.core import TyperOption
@@ -34,6 +35,16 @@ class UlnaCommand(TyperCommand):
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write arguments and options, each panel under its name."""
         _write_options(self, ctx, formatter)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the line; a value that an option cannot take is a mistake like all others."""
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            mistake = mistyped(error)
+            if mistake is None:
+                raise
+            raise mistake from None
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command, unless an option is empty or it would write over what it reads."""

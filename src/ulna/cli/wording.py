@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from typing import Any
 
 from ulna.base import UlnaError, printable
 
@@ -153,9 +154,33 @@ def is_python(text: str) -> bool:
     return _PYTHON.search(text) is not None
 
 
+_BOUNDS = {"ge": "at least", "gt": "greater than", "le": "at most", "lt": "less than"}
+
+
 def told(error: UlnaError) -> str:
     """An error for the terminal: what was asked, what was found, and what of the remedy can be typed."""
     asked, found = in_terminal_words(error.asked), in_terminal_words(error.found)
     hints = re.split(r"(?<=[.?]) (?=[A-Z`])", in_terminal_words(error.hint))
     kept = " ".join(hint for hint in hints if hint and not is_python(hint))
     return printable(f"{asked}: {found} {kept}".rstrip())
+
+
+def mistyped(error: Any) -> UlnaError | None:
+    """What is wrong with the value of an option, in the words of the terminal; None where nothing tells.
+
+    Args:
+        error: Typer's, caused by the failed validation, whose words are those of programmers.
+    """
+    if error.param is None or not hasattr(error.__cause__, "errors"):
+        return None
+    wrong = error.__cause__.errors()[0]
+    given, limits = wrong.get("input"), wrong.get("ctx", {})
+    kind = wrong["type"].partition("_")[0]
+    found = {"float": "it is not a valid number.", "int": "it is not a valid whole number."}.get(kind)
+    bound = next((f"{words} {limits[key]:g}" for key, words in _BOUNDS.items() if key in limits), None)
+    if bound is not None:
+        found = f"it must be {bound}."
+    elif found is None:
+        found = wrong["msg"].removeprefix("Value error, ").removeprefix(f"{given!r} ").rstrip(".")
+        found = f"it {found}." if found.startswith("is ") else f"{found}."
+    return UlnaError(f"{max(error.param.opts, key=len)} {given!r}", found)
