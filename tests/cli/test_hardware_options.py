@@ -131,6 +131,7 @@ SAMPLED = [*POLES, "--period", "1e-3"]
         (["--anti-windup", "none"], "--anti-windup: it is for a sampled loop"),
         (["--period", "1e-3"], "there is no controller to be sampled"),
         ([*POLES, "--period", "1e-12"], "--period 1e-12: a run of 5 s has 5e+12 samples, at most 1e+08"),
+        ([*POLES, "--period", "1e-320"], "a run of 5 s has inf samples, at most 1e+08"),
         ([*POLES, "--period", "9"], "--period 9: the period is longer than the run of 5 s"),
         ([*SAMPLED, "--delay", "1e9"], "--delay 1000000000.0: it is 1e+12 periods"),
         ([*POLES, "--limit", "abc"], "--limit 'abc': unknown symbol"),

@@ -11,13 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from ulna.base import UlnaError
+from ulna.base import SimulationError, UlnaError
 from ulna.deploy import Compiled, c_project
 from ulna.loop import Loop
 from ulna.program import Plain, Precision
 from ulna.sim import Held, Trajectory, simulate
 from ulna.system import System
 
+MOST_SAMPLES = 1_000_000
 ROWS = 200
 """Samples at most that are compared one by one; all of them enter the sum."""
 CLOSE = 1e-4
@@ -62,6 +63,9 @@ def sampled_vector(loop: Loop, places: Mapping[str, int], begin: Begin, seconds:
         UlnaError: what `simulate` raises.
     """
     period = loop.fit({}).period
+    if seconds / period > MOST_SAMPLES:
+        found = f"{seconds:g} s have {seconds / period:.3g} samples, of which {MOST_SAMPLES:.0e} at most are recorded."
+        raise SimulationError("the recorded run of a page", found, "Sample more slowly, or record less.")
     samples = max(1, round(seconds / period))
     noise = _noise(loop, samples)
     inputs: dict[str, Any] = dict(begin.inputs)
@@ -115,6 +119,9 @@ def continuous_vector(system: System, loop: Loop | None, begin: Begin, period: f
     Raises:
         UlnaError: what `simulate` raises.
     """
+    if seconds / period > MOST_SAMPLES:
+        found = f"{seconds:g} s have {seconds / period:.3g} samples, of which {MOST_SAMPLES:.0e} at most are recorded."
+        raise SimulationError("the recorded run of a page", found, "Sample more slowly, or record less.")
     samples = max(1, round(seconds / period))
     times = period * np.arange(samples + 1)
     run = simulate(loop or system, begin.states, times, inputs=begin.inputs, parameters=begin.parameters, throw=False)

@@ -104,6 +104,7 @@ def test_a_value_out_of_its_range_is_refused(make: Callable[[], Any], says: str)
     ("settings", "says"),
     [
         ({"period": 2.0}, "longer than the run"),
+        ({"period": 1e-320}, "inf samples"),
         ({"sensors": {"w": Quantiser(step=0.1)}}, "no signal w"),
         ({"saturation": {"v": Saturation(lower=0.0, upper=1.0)}}, "no signal v"),
         ({"references": {"r": 1.0}}, "no input r"),

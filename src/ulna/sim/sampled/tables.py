@@ -31,7 +31,8 @@ def samples_of(period: float, start: float, end: float) -> int:
     """
     if start != 0.0:
         raise SimulationError("times of a sampled run", f"they begin at {start:g} s.", "A sampled run begins at 0 s.")
-    count = math.floor(end / period + TINY * max(1.0, end / period))
+    ratio = end / period  # infinite of the shortest periods that a number can be
+    count = ratio if math.isinf(ratio) else math.floor(ratio + TINY * max(1.0, ratio))
     if count < 1:
         raise SimulationError(
             f"Hardware(period={period:g})",
@@ -44,7 +45,7 @@ def samples_of(period: float, start: float, end: float) -> int:
             f"a run of {end:g} s has {count:.3g} samples, at most {MOST_SAMPLES:.0e} are possible.",
             "Sample more slowly or run shorter.",
         )
-    return count
+    return int(count)
 
 
 ALONE = Shape()
