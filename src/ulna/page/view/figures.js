@@ -37,11 +37,11 @@ class Figures {
     const target = app.targets[0];
     const u = this.command.find(Boolean);
     if (target) {
-      rows.push({ text: `error of ${target.output}`, unit: unitText(target.row), value: (k) => this._error(k) });
+      rows.push({ text: `error of ${target.output}`, unit: unitText(target.row), value: (k) => this._error(k), reach: (k) => this.state[k].jump });
       rows.push({ text: "settled within 2 %, after", unit: "s", value: (k) => this.state[k].settledAt });
     }
     if (u) {
-      rows.push({ text: `command ${u.name}`, unit: unitText(u), value: (k) => this._u(k) });
+      rows.push({ text: `command ${u.name}`, unit: unitText(u), value: (k) => this._u(k), reach: (k) => this.state[k].peak });
       rows.push({ text: `largest |${u.name}|`, unit: unitText(u), value: (k) => this.state[k].peak });
     }
     if (this.current) {
@@ -100,7 +100,7 @@ class Figures {
 
   draw() {
     this.rows.forEach((row, j) => this.app.loops.forEach((_, k) => {
-      const text = steady(row.value(k), row.reach ? row.reach() : null);
+      const text = steady(row.value(k), row.reach ? row.reach(k) : null);
       const cell = this.cells[j][k];
       if (cell.textContent !== text) cell.textContent = text;
     }));

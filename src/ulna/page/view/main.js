@@ -442,7 +442,10 @@ class App {
 
   resize() {
     this.stage.fit();
-    if (this.plane) this.plane.sheet.fit();
+    if (this.plane) {
+      this.plane.sheet.fit();
+      this.plane.draw(); // a canvas of another size is empty
+    }
     if (this.poles) {
       this.poles.fit();
       drawPoles(this.poles, this);

@@ -14,6 +14,10 @@ const PICTURES = {
       const { turn, pivot, length, angle, hand } = this.layout(box, p);
       const wide = clamp(length * 0.11, 9, 20);
       arc(c, pivot, length, turn, look);
+      for (const wall of p.walls(p.parts.angle)) {
+        const at = turn.zero + turn.sign * wall;
+        line(c, polar(pivot, at, length + 2), polar(pivot, at, length + 14), look.bad, 3);
+      }
       const shoulder = [pivot[0], Math.max(box.y + 8, pivot[1] - length * 0.95)];
       limb(c, shoulder, pivot, wide * 0.95, wide * 1.05, look.surface, look.rule);
       line(c, shoulder, pivot, look.rule, 3);
@@ -434,6 +438,7 @@ const NEEDLES = {
       line(c, [g.left, y], [g.right, y], look.rule, 6);
       const [low, high] = p.span(state.name);
       if (low < 0 && high > 0) line(c, [g.x(k, 0), y - 7], [g.x(k, 0), y + 7], look.muted, 1);
+      for (const wall of p.walls(state.name)) if (wall >= low && wall <= high) line(c, [g.x(k, wall), y - 9], [g.x(k, wall), y + 9], look.bad, 2);
       const x = g.x(k, value);
       line(c, [x, y - 11], [x, y + 11], colour, 5);
       label(c, fitted(c, state.name, g.left - box.x - 12), [g.left - 12, y], look.ink, { align: "right", weight: "600" });

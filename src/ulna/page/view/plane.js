@@ -99,6 +99,7 @@ class Plane {
     c.rect(box.x, box.y, box.w, box.h);
     c.clip();
     this._region(c, look);
+    this._walls(c, look);
     if (this.arrows) this._field(c, look);
     this._target(c, look);
     app.loops.forEach((loop, k) => {
@@ -154,6 +155,19 @@ class Plane {
     c.strokeStyle = look.good;
     c.lineWidth = 1.5;
     c.stroke();
+  }
+
+  /** End stops, where they lie in view. */
+  _walls(c, look) {
+    const { box } = this;
+    for (const { position, range } of this.app.loops[0].facts.stops || []) {
+      for (const value of range) {
+        if (value === null || ![this.x, this.y].includes(position)) continue;
+        const [x, y] = position === this.x ? this._place(value, 0) : this._place(0, value);
+        if (position === this.x) line(c, [x, box.y], [x, box.y + box.h], look.bad, 2);
+        else line(c, [box.x, y], [box.x + box.w, y], look.bad, 2);
+      }
+    }
   }
 
   /** Which way the plant goes by itself, under the present command. */

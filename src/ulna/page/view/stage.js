@@ -62,6 +62,7 @@ class Stage {
     return {
       parts, name, get,
       states: loop.facts.states,
+      walls: (label) => (loop.facts.stops || []).filter((each) => each.position === label).flatMap((each) => each.range).filter((each) => each !== null),
       muscles: (loop.facts.muscles || []).map((label) => clamp(get(label), 0, 1)),
       value: (role, place = null) => (name(role, place) === undefined ? null : get(name(role, place))),
       size: (role) => (typeof parts[role] === "number" ? parts[role] : parts[role] === undefined ? null : app.parameter(parts[role], k)),

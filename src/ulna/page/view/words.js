@@ -2,6 +2,14 @@
 
 const MINUS = "\u2212";
 
+/** 9.8\u00b710\u207b\u2075 for 9.80e-5. */
+function powered(text) {
+  const [mantissa, exponent] = text.split("e");
+  const short = mantissa.includes(".") ? mantissa.replace(/\.?0+$/, "") : mantissa;
+  const raised = String(Number(exponent)).replace("-", "\u207b").replace(/\d/g, (digit) => "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[digit]);
+  return { "1": `10${raised}`, "-1": `-10${raised}` }[short] ?? `${short}\u00b710${raised}`;
+}
+
 /** A number to so many digits, without exponent wherever a person would write none. */
 function words(value, digits = 4) {
   if (value === null || value === undefined || Number.isNaN(value)) return "\u2013";
@@ -9,7 +17,7 @@ function words(value, digits = 4) {
   const size = Math.abs(value);
   let text;
   if (size === 0) text = "0";
-  else if (size >= 1e7 || size < 1e-5) text = value.toExponential(digits - 1).replace(/\.?0+e/, "e").replace("e+", "e");
+  else if (size >= 1e7 || size < 1e-5) text = powered(value.toExponential(digits - 1));
   else {
     const places = Math.max(0, digits - 1 - Math.floor(Math.log10(size)));
     text = value.toFixed(Math.min(places, 12));
@@ -24,9 +32,9 @@ function steady(value, reach = null) {
   if (Math.abs(value) < 1e-12) return "0";
   const size = Math.max(Math.abs(value), reach ?? 0);
   if (size >= 1e5 || (size < 1e-4 && size > 0)) return words(value, 3);
-  if (size < 1) return value.toFixed(Math.min(12, 3 - Math.floor(Math.log10(size)))).replace("-", MINUS);
-  const places = size >= 1000 ? 0 : size >= 100 ? 1 : size >= 10 ? 2 : 3;
-  return value.toFixed(places).replace("-", MINUS);
+  const places = size >= 1000 ? 0 : Math.min(12, 3 - Math.floor(Math.log10(size)));
+  const text = value.toFixed(places);
+  return Number(text) === 0 ? text.replace("-", "") : text.replace("-", MINUS);
 }
 
 /** A unit as people write it: rad/s\u00b2 for rad/s/s. */
