@@ -66,3 +66,16 @@ def test_the_refusal_of_a_plant_that_is_not_affine_offers_what_helps_and_nothing
         control_affine(plant({"z": "-z + tan(d)"}, {"d": {}}))
     with pytest.raises(NotAffineError, match="Make that input a state"):
         control_affine(plant({"z": "v*tan(d)"}, {"d": {}, "v": {}}))
+
+
+def test_a_propeller_pulls_with_the_square_of_its_speed_and_its_sign():
+    vehicle = plant({"z": "w", "w": "(0.02*n*abs(n) - 12*w*abs(w))/30"}, {"n": {"range": [-100, 100]}})
+    found = substitute_input(vehicle)
+    (v,) = found.system.input_symbols
+    assert v.name == "n_squared"
+    assert [found.system.inputs[0].lower, found.system.inputs[0].upper] == [-10_000, 10_000]
+    back = found.commands[sp.Symbol("n", real=True)]
+    assert [back.subs(v, value) for value in (-9, 0, 16)] == [-3, 0, 4]
+    w = sp.Symbol("w", real=True)
+    law = state_feedback(found.system, [-1, -2]).expressions[0]
+    assert sp.simplify(law - (600 * w * sp.Abs(w) - 4500 * w - 3000 * sp.Symbol("z", real=True))) == 0

@@ -59,8 +59,8 @@ class InputSubstitution:
 def substitute_input(system: SystemLike) -> InputSubstitution:
     """The plant in v = φ(u) for every input u that enters through one function φ(u) of it alone, u = φ⁻¹(v) undone.
 
-    φ may be an even or odd power, a square root, sin, tan, exp and their like; the branch of the inverse is the one on
-    the input's declared range: n = √v for v = n² with range [0, 2000], δ = arctan(v) for v = tan δ, |δ| < π/2.
+    φ may be an even or odd power, n·|n|, a square root, sin, tan, exp and their like; the branch of the inverse is the
+    one on the input's declared range: n = √v for v = n² with range [0, 2000], δ = arctan(v) for v = tan δ, |δ| < π/2.
 
     Raises:
         NotAffineError: where an input enters in no such way, or its range leaves the branch open.
@@ -82,7 +82,7 @@ def substitute_input(system: SystemLike) -> InputSubstitution:
         back = _inverse(given, signal, phi, v.symbol)
         lower, upper = _image(phi, signal)
         inputs.append(replace(v, lower=lower, upper=upper))
-        rates = [r.xreplace({phi: v.symbol}) for r in rates]
+        rates = [_marked(r, phi, v.symbol) for r in rates]
         meaning[v.symbol], commands[signal.symbol] = phi, back
     point = tuple(_moved(name, value, meaning) for name, value in given.operating_point)
     changed = replace(
@@ -106,9 +106,10 @@ def _through(system: System, rates: list[sp.Expr], signal: Signal) -> sp.Expr:
     """The one function of the input through which it enters, linearly."""
     u = signal.symbol
     found = {a for r in rates for a in r.atoms(sp.Pow, sp.Function) if a.has(u) and a.free_symbols == {u}}
+    found |= {u * sp.Abs(u) for r in rates if r.has(sp.Abs(u))}
     for phi in sorted(found, key=sp.count_ops):
         mark = sp.Dummy(real=True)
-        marked = [r.xreplace({phi: mark}) for r in rates]
+        marked = [_marked(r, phi, mark) for r in rates]
         if all(not r.has(u) and not r.diff(mark).has(mark, *system.input_symbols) for r in marked):
             return phi
     raise _open(
@@ -116,6 +117,11 @@ def _through(system: System, rates: list[sp.Expr], signal: Signal) -> sp.Expr:
         signal,
         "enters through more than one function of it, or of it and the states together, or multiplied by another input",
     )
+
+
+def _marked(rate: sp.Expr, phi: sp.Expr, mark: sp.Symbol) -> sp.Expr:
+    """The rate with a symbol for the function, which may be part of a product: n·|n|."""
+    return sp.expand(rate).subs(phi, mark) if phi.is_Mul else rate.xreplace({phi: mark})
 
 
 def _inverse(system: System, signal: Signal, phi: sp.Expr, v: sp.Symbol) -> sp.Expr:
@@ -130,6 +136,8 @@ def _inverse(system: System, signal: Signal, phi: sp.Expr, v: sp.Symbol) -> sp.E
         sp.tanh: sp.atanh(v),
         sp.sinh: sp.asinh(v),
     }
+    if phi == u * sp.Abs(u):
+        return sp.sign(v) * sp.sqrt(sp.Abs(v))
     known = [candidates[phi.func]] if phi.func in candidates and phi.args[0] == u else _solved(phi - v, u)
     for solution in known:
         values = [solution.subs(v, phi.subs(u, place)) for place in places]
@@ -168,7 +176,8 @@ def _image(phi: sp.Expr, signal: Signal) -> tuple[sp.Expr | None, sp.Expr | None
 
 def _free_name(system: System, signal: Signal, phi: sp.Expr) -> str:
     taken = {x.name for x in (*system.states, *system.inputs, *system.parameters, *system.definitions, *system.outputs)}
-    name = f"{signal.name}_squared" if phi == signal.symbol**2 else f"{type(phi).__name__.lower()}_{signal.name}"
+    squares = (signal.symbol**2, signal.symbol * sp.Abs(signal.symbol))
+    name = f"{signal.name}_squared" if phi in squares else f"{type(phi).__name__.lower()}_{signal.name}"
     while name in taken:
         name += "_"
     return name

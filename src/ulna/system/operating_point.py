@@ -26,7 +26,7 @@ AS_GIVEN, SOLVED, NEWTON = "as given", "solved exactly", "Newton's method"
 """How an equilibrium was found, in the evidence of its verdict."""
 _SECONDS = 1.0
 """s, for one search of an exact equilibrium."""
-_IN_NUMBERS_SECONDS = 1.5
+_IN_NUMBERS_SECONDS = 4.0
 """s, for the whole search with numbers for every parameter."""
 _ROUNDING = sp.Rational(1, 1000)
 """How far, relatively, an equilibrium may lie from the values given for the states to count as theirs."""

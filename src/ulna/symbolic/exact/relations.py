@@ -75,11 +75,14 @@ def _fractions(
             same = [image.get(column, {}) for image in images]
             if column in found or any(v.keys() != vector.keys() for v in same):
                 continue
-            entries = {
-                k: rational_from_residue(combined_residue([v[k] for v in same], primes), prod(primes)) for k in vector
-            }
-            if all(value is not None for value in entries.values()):
-                found[column] = {k: value for k, value in entries.items() if value is not None}
+            entries: dict[int, Expr] = {}
+            for k in vector:
+                value = rational_from_residue(combined_residue([v[k] for v in same], primes), prod(primes))
+                if value is None:  # of a relation that is none nearly every entry is, so the first tells
+                    break
+                entries[k] = value
+            else:
+                found[column] = entries
         if len(found) == len(vectors):
             break
     return list(found.values())
