@@ -145,6 +145,7 @@ if TYPE_CHECKING:
     from ulna.loop import SafeOutput as SafeOutput
     from ulna.loop import Saturation as Saturation
     from ulna.loop import SlewLimit as SlewLimit
+    from ulna.page import fit_page as fit_page
     from ulna.page import report_page as report_page
     from ulna.page import studio as studio
     from ulna.plants import Model as Model
@@ -231,7 +232,7 @@ _HOME = {
             Amplifier ConditionalIntegration Deadline EndStop Euler ExactHold Fault Guard Hardware Hold
             InnovationLimit Jitter Loop MeasurementNoise MissedSamples Pwm Quantiser ReferenceRange Report RungeKutta4
             SafeOutput Saturation SlewLimit TIME""",
-        "ulna.page": "report_page studio",
+        "ulna.page": "fit_page report_page studio",
         "ulna.plants": "Model model models",
         "ulna.plot": """
             bode plot_phase plot_poles plot_region plot_trajectories plot_trajectory save_figure step_response

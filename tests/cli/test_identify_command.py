@@ -36,11 +36,25 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_simulated_log_gives_its_parameters_back_in_a_plant_file(folder: Path) -> None:
     plant, log, out = str(folder / "swing.toml"), str(folder / "run.csv"), folder / "fitted.toml"
-    typed = ["--free", "l, c", "--set", "l=0.9", "--held-out", log, "--out", str(out)]
+    typed = [
+        "--free",
+        "l, c",
+        "--set",
+        "l=0.9",
+        "--held-out",
+        log,
+        "--out",
+        str(out),
+        "--page",
+        str(folder / "fit.html"),
+    ]
     done = entry_point("identify", plant, log, *typed)
     assert done.returncode == 0, done.stderr
     assert "known" in done.stdout
     assert "residual of theta" in done.stdout
+    page = (folder / "fit.html").read_text(encoding="utf-8")
+    assert all(word in page for word in ("Parameters of swing", "95 % interval", "Correlation", "held out", "<svg"))
+    assert "http://" not in page.replace("http://www.w3.org", "")
     found = {p.name: p for p in read_system(out).parameters}
     assert float(found["l"].si_value or 0) == pytest.approx(0.7, rel=1e-4)
     assert found["l"].std is not None

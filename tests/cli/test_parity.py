@@ -59,6 +59,7 @@ AT_THE_TERMINAL = {
     "sensitivity": "sweep --sampling",
     "identifiability": "analyse --identify",
     "identify": "identify",
+    "fit_page": "identify --page",
     "read_record": "identify --column",
     "prove": "prove",
     "report_page": "report",

@@ -94,6 +94,9 @@ def identify(
         typer.Option("--input", metavar="NAME=VALUE", help="An input that was not recorded: 'u=0'. Repeatable."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the plant with what was found (TOML or JSON).")] = None,
+    page: Annotated[
+        Path | None, typer.Option(help="Write a page with intervals, residuals and figures (HTML).")
+    ] = None,
     as_json: AsJson = False,
     *,
     reading: LogOptions,
@@ -111,8 +114,9 @@ def identify(
     import ulna.identification as fitting
     from ulna.system import write_system
 
-    if out is not None and not out.absolute().parent.is_dir():
-        raise SimulationError(f"--out '{out}'", "its folder does not exist.", "Make it first.")
+    for flag, place in (("--out", out), ("--page", page)):
+        if place is not None and not place.absolute().parent.is_dir():
+            raise SimulationError(f"{flag} '{place}'", "its folder does not exist.", "Make it first.")
     system = plant_of(plant)
     records, others = (_read(each, reading) for each in (logs, held_out or []))
     with progress(f"fitting '{system.name}'"):
@@ -133,10 +137,17 @@ def identify(
     if out is not None:
         write_system(fit.system, out)
         kept(f"{out} is written")
+    if page is not None:
+        from ulna.page import fit_page
+
+        with progress("drawing"):
+            fit_page(fit, out=page)
     if as_json:
         print_json(_data(fit))
     else:
         _print(fit, records, out)
+        if page is not None:
+            say(f"page: {page}")
     if not fit.converged:
         raise typer.Exit(1)
 
