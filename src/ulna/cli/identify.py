@@ -138,18 +138,21 @@ def identify(
         write_system(fit.system, out)
         kept(f"{out} is written")
     if page is not None:
-        from ulna.page import fit_page
-
-        with progress("drawing"):
-            fit_page(fit, out=page)
+        _draw(fit, page)
     if as_json:
         print_json(_data(fit))
     else:
         _print(fit, records, out)
-        if page is not None:
-            say(f"page: {page}")
     if not fit.converged:
         raise typer.Exit(1)
+
+
+def _draw(fit: Fit, page: Path) -> None:
+    from ulna.page import fit_page
+
+    with progress("drawing"):
+        fit_page(fit, out=page)
+    kept(f"{page} is written")
 
 
 def _read(logs: Sequence[Path], options: LogOptions) -> list[Record]:

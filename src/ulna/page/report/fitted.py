@@ -55,6 +55,9 @@ def _parameters(fit: Fit) -> Iterator[Block]:
         rows=tuple(_row(each) for each in fit.estimates),
         numeric=frozenset({1, 2, 3}),
     )
+    for each in fit.estimates:
+        if each.reason:
+            yield Text(text=verbatim(f"{each.name}: {each.reason}."))
     named = [each.name for each in fit.estimates if each.known]
     if len(named) > 1:
         rows = tuple(
@@ -70,10 +73,10 @@ def _parameters(fit: Fit) -> Iterator[Block]:
 def _row(each: Estimate) -> tuple[str | Badge, ...]:
     name, unit = verbatim(each.name), verbatim(each.unit)
     if not each.known:
-        return name, f"{each.value:.6g}", "", "", unit, Badge(text=f"not told: {each.reason}", tone=Tone.BAD)
+        return name, f"{each.value:.6g}", "", "", unit, Badge(text="not told", tone=Tone.BAD)
     interval = f"{each.low:.6g} to {each.high:.6g}"
-    tone = Tone.MILD if each.reason else Tone.GOOD
-    return name, f"{each.value:.6g}", f"{each.std:.2g}", interval, unit, Badge(text=each.reason or "known", tone=tone)
+    badge = Badge(text="roughly known", tone=Tone.MILD) if each.reason else Badge(text="known", tone=Tone.GOOD)
+    return name, f"{each.value:.6g}", f"{each.std:.2g}", interval, unit, badge
 
 
 def _residuals(fit: Fit) -> Iterator[Block]:
@@ -83,12 +86,14 @@ def _residuals(fit: Fit) -> Iterator[Block]:
             f"{each.rms:.3g} {each.unit}".rstrip(),
             f"{each.noise:.3g}",
             f"{each.whiteness:.2g}",
-            Badge(text=each.text, tone=Tone.GOOD if each.explained else Tone.BAD),
+            Badge(text="noise", tone=Tone.GOOD) if each.explained else Badge(text="more than noise", tone=Tone.BAD),
         )
         for each in fit.tests
     )
     head = ("output", "residual, rms", "noise of the channel", "whiteness, p", "verdict")
     yield Table(head=head, rows=rows, numeric=frozenset({1, 2, 3}))
+    for each in fit.tests:
+        yield Text(text=verbatim(f"{each.output}: {each.text}."))
     for held in fit.held_out:
         shares = ", ".join(f"{100 * share:.4g} % of the variance of {name}" for name, share in held.explained.items())
         yield Text(text=verbatim(f"{held.record}, held out: the fit foretells {shares}."))
