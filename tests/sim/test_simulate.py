@@ -248,7 +248,7 @@ def test_dry_friction_at_rest_stays_at_rest() -> None:
         ({"initial": [1.0]}, r"shape \(1,\) instead of \(2,\).*x, y"),
         ({"initial": [1.0, math.nan]}, "y = nan"),
         ({"initial": np.array(["a", "b"])}, "row of numbers"),
-        ({"initial": {"x": 1.0, "z": 0.0}}, "missing or unknown: y, z"),
+        ({"initial": {"x": 1.0, "z": 0.0}}, "missing: y; unknown: z"),
         ({"times": [0.0, 1.0, 1.0]}, "1 s follows 1 s"),
         ({"times": [-1.0, 1.0]}, "-1 s is negative"),
         ({"times": -5.0}, "-5 s is negative"),

@@ -192,13 +192,14 @@ def _one_state(system: System, given: Any) -> np.ndarray:
 
 
 def _check_state_names(system: System, given: Mapping[str, Any], names: list[str], further: Sequence[str]) -> None:
-    wrong = [name for name in names if name not in given]
-    wrong += [name for name in given if name not in names and name not in further]
-    if wrong:
-        known = ", ".join(dict.fromkeys((*names, *further)))
-        raise SimulationError(
-            f"initial state of '{system.name}'", f"missing or unknown: {', '.join(wrong)}.", f"Its states: {known}."
-        )
+    missing = [name for name in names if name not in given]
+    unknown = [name for name in given if name not in names and name not in further]
+    if missing or unknown:
+        parts = {"missing": missing, "unknown": unknown}
+        found = "; ".join(f"{what}: {', '.join(some)}" for what, some in parts.items() if some)
+        hint = f"Its states: {', '.join(dict.fromkeys((*names, *further)))}."
+        hint += " `equilibrium(plant).numbers` has those of the plant at rest." if missing else ""
+        raise SimulationError(f"initial state of '{system.name}'", f"{found}.", hint)
 
 
 def _states(system: System, loop: Loop | None, given: Any, count: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:

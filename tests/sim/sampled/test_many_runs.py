@@ -167,7 +167,7 @@ def test_estimates_of_an_injected_observer_may_start_differently_in_each_run() -
 
 
 def test_states_that_a_loop_does_not_have_are_named() -> None:
-    with pytest.raises(SimulationError, match="missing or unknown: c"):
+    with pytest.raises(SimulationError, match="unknown: c"):
         simulate(Loop(plant=ARM, controller=CONTROLLER), {"q": 0.5, "v": [0.0, 1.0], "c": 1.0}, 1.0)
 
 
