@@ -7,7 +7,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ulna.symbolic.exact import attempt, is_zero, shortened, tidy
+from ulna.symbolic.exact import attempt, is_zero, shortened, tidy, zero_set
 from ulna.symbolic.exact.quotients import normal_form
 
 x, y, k, m = sp.symbols("x y k m", real=True)
@@ -83,3 +83,9 @@ def test_two_angles_that_both_matter_are_kept() -> None:
     one = sp.cos(a) * sp.sin(b) + 2 * sp.sin(a) * sp.cos(b) + sp.cos(a) ** 2
     assert tidy(one, seconds=5).free_symbols == {a, b}
     assert (tidy(one, seconds=5) - one).equals(0)
+
+
+def test_a_zero_set_is_told_by_what_moves_alone():
+    a = sp.Symbol("a", real=True)
+    assert zero_set(3 * a * sp.sqrt(-a * (x - a), evaluate=False), [x]) in (x - a, a - x)
+    assert zero_set(a**2 * sp.exp(x), [x]) == 1

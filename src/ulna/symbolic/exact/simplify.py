@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 
 import sympy as sp
@@ -141,14 +141,21 @@ def zero_set(expression: sp.Expr, variables: Sequence[sp.Symbol], *, seconds: fl
     whole = tidy(expression, seconds=seconds / 2)
     factored = attempt(seconds / 2, "factor", sp.factor, sp.numer(sp.together(whole))).value
     numerator = whole if factored is None else factored
-    moving = []
-    for factor in sp.Mul.make_args(numerator):
+    moving = dict.fromkeys(_moving_factors(numerator, set(variables)))
+    return sp.Mul(*moving) if moving else sp.Integer(1)
+
+
+def _moving_factors(product: sp.Expr, variables: set[sp.Symbol]) -> Iterator[sp.Expr]:
+    """The factors that can vanish as the variables move, those under a root among them, each to the first power."""
+    for factor in sp.Mul.make_args(product):
         base, exponent = factor.as_base_exp()
         bare = base if exponent.is_positive else factor
-        if exponent.is_negative or isinstance(factor, sp.exp) or not bare.free_symbols & set(variables):
+        if exponent.is_negative or isinstance(factor, sp.exp) or not bare.free_symbols & variables:
             continue
-        moving.append(bare)
-    return sp.Mul(*dict.fromkeys(moving)) if moving else sp.Integer(1)
+        if bare.is_Mul:
+            yield from _moving_factors(bare, variables)
+        else:
+            yield bare
 
 
 @lru_cache(maxsize=1024)
