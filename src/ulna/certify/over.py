@@ -25,7 +25,6 @@ from ulna.certify.part import (
     all_decay,
     at,
     coefficients_over,
-    equilibrium_near,
     family_of,
     halves_of,
     middle_of,
@@ -33,7 +32,7 @@ from ulna.certify.part import (
     within_limits,
 )
 from ulna.certify.region import HALVED, LEAF
-from ulna.certify.rest import linear_answer
+from ulna.certify.rest import equilibrium_near, linear_answer
 from ulna.loop import Loop
 
 _SAMPLES, _SEED = 60, 0

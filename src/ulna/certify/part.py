@@ -95,20 +95,6 @@ def middle_of(box: ParameterBox) -> ParameterBox:
     return tuple((middle, sp.Integer(0)) for middle, _ in box)
 
 
-def equilibrium_near(slopes: Slopes, near: np.ndarray) -> np.ndarray | None:
-    """(n,) where Newton's method ends, in floating point; None where it does not."""
-    x = np.array(near, dtype=float)
-    for _ in range(60):
-        value, slope = slopes.closed(x), slopes.numbers(x)
-        if not (np.isfinite(value).all() and np.isfinite(slope).all()):
-            return None
-        change = np.linalg.lstsq(slope, -value, rcond=None)[0]
-        x = x + change
-        if np.abs(change).max(initial=0.0) < 1e-12 * (1 + np.abs(x).max(initial=0.0)):
-            return x
-    return None
-
-
 def rest_over(family: Family, box: ParameterBox, x: np.ndarray) -> Rest | None:
     """A box with an equilibrium for every value of the parameters; None where none is shown.
 

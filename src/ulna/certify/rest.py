@@ -13,6 +13,7 @@ from flint import arb, arb_mat
 from ulna.base import Verdict
 from ulna.certify.balls import Slopes, ball
 
+_STEPS = 60
 _RADII = (1e-13, 1e-11, 1e-9, 1e-7)
 
 
@@ -43,20 +44,30 @@ class Rest:
         return np.array([float(c) for c in self.center])
 
 
+def equilibrium_near(slopes: Slopes, near: np.ndarray) -> np.ndarray | None:
+    """(n,) where Newton's method ends, in floating point; None where it does not."""
+    x, moved = np.array(near, dtype=float), math.inf
+    for _ in range(_STEPS):
+        value, slope = slopes.closed(x), slopes.numbers(x)
+        if not (np.isfinite(value).all() and np.isfinite(slope).all()):
+            return None
+        change = np.linalg.lstsq(slope, -value, rcond=None)[0]
+        x, before = x + change, moved
+        moved = np.abs(change).max(initial=0.0) / (1 + np.abs(x).max(initial=0.0))
+        # The last digits: it gets no nearer.
+        if moved < 1e-15 or (moved < 1e-12 and moved >= before):
+            return x
+    return None
+
+
 def rest(slopes: Slopes, near: np.ndarray) -> Rest | None:
     """The equilibrium of the unlimited loop near a point; None where none is proved to be there.
 
     R. Krawczyk, "Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken", Computing 4 (1969).
     """
-    x = np.array(near, dtype=float)
-    for _ in range(60):
-        value, slope = slopes.closed(x), slopes.numbers(x)
-        if not (np.isfinite(value).all() and np.isfinite(slope).all()):
-            return None
-        change = np.linalg.lstsq(slope, -value, rcond=None)[0]
-        x = x + change
-        if np.abs(change).max(initial=0.0) < 1e-15 * (1 + np.abs(x).max(initial=0.0)):
-            break
+    x = equilibrium_near(slopes, near)
+    if x is None:
+        return None
     center = tuple(_short(float(v)) for v in x)
     for radius in _RADII:
         found = Rest(center=center, radii=tuple(sp.Rational(radius) * max(sp.Integer(1), abs(c)) for c in center))

@@ -15,8 +15,8 @@ from ulna.certify.errors import CertifyError
 from ulna.certify.linearised import Linearised, linearised
 from ulna.certify.period_map import PeriodMap, period_map
 from ulna.certify.sampled_certificate import sampled_certificate_of
+from ulna.certify.sampled_rest import resting
 from ulna.loop import Loop
-from ulna.system import starting_point
 
 BITS = 80
 FINER = 1.1
@@ -44,7 +44,7 @@ def _answer(loop: Loop, claim: UltimateBound, inputs: Mapping[str, Any]) -> Verd
             f"the state '{unknown[0]}' of the claim", "the loop has no such state.", f"Known: {', '.join(shown)}."
         )
     text = f"runs of '{found.name}' on its processor that start in a box about rest end up and stay in a smaller one"
-    center = _resting(loop, free)
+    center = resting(loop, free)
     if center is None:
         return Verdict.undecided(text, reason="no rest point of the sampled loop is found near the operating point")
     if beyond := _beyond(loop, free, center):
@@ -116,27 +116,6 @@ def _shape(loop: Loop, claim: UltimateBound, found: PeriodMap, shown: Mapping[st
         ends = [abs(float(end)) for end in (state.lower, state.upper) if end is not None]
         shape[k] = max(ends, default=1.0) or 1.0
     return shape
-
-
-def _resting(loop: Loop, free: PeriodMap) -> np.ndarray | None:
-    """(n,) where the unlimited map rests, by Newton's method in floating point."""
-    point = starting_point(loop.plant).numbers
-    c = np.zeros(free.size)
-    for k, name in enumerate(free.states):
-        c[k] = float(point.get(name, 0.0))
-    quiet, off = [arb(0)] * len(free.sensors), math.inf
-    for _ in range(60):
-        values, rows = free.moved([arb(v) for v in c.tolist()], quiet)
-        value = np.array([float(v.mid()) for v in values])
-        slope = np.array([[float(v.mid()) for v in row[: free.size]] for row in rows])
-        if not (np.isfinite(value).all() and np.isfinite(slope).all()):
-            return None
-        off = float(np.abs(value - c).max())
-        change = np.linalg.lstsq(np.eye(free.size) - slope, value - c, rcond=None)[0]
-        c = c + change
-        if np.abs(change).max() < 1e-13 * (1 + np.abs(c).max()):
-            break
-    return np.round(c, 12) if off < 1e-9 * (1 + np.abs(c).max()) else None
 
 
 def _beyond(loop: Loop, free: PeriodMap, center: np.ndarray) -> dict[str, Any]:
