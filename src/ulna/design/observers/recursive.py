@@ -80,6 +80,11 @@ def recursive_estimator(
     Reference:
         L. Ljung, "Asymptotic behavior of the extended Kalman filter as a parameter estimator for linear systems", IEEE
         Transactions on Automatic Control 24 (1979); L. Ljung, System Identification, 2nd ed., section 11.7.
+
+    Examples:
+        >>> observer = ulna.recursive_estimator("mass_spring_damper", ["k"])
+        >>> [output.name for output in observer.system.outputs]
+        ['p_hat', 's_hat', 'k_hat']
     """
     plant, noise = as_plant(system), noise or KalmanNoise()
     extended = with_unknowns(plant, free)

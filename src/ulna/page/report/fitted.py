@@ -26,6 +26,9 @@ def fit_page(fit: Fit, *, out: str | os.PathLike[str]) -> Path:
 
     Raises:
         SimulationError: a folder that does not exist, a file that cannot be written.
+
+    Examples:
+        >>> ulna.fit_page(ulna.identify("plant.toml", "log.csv", free=["m2"]), out="fit.html")  # doctest: +SKIP
     """
     path = Path(out)
     require_folder(path)
