@@ -87,7 +87,10 @@ def _beside(plant: System, name: str, rest: float, *, closed: bool) -> float:
 def _moves(plant: System, point: Mapping[str, float]) -> bool:
     """Whether anything changes at a point."""
     values = {s.symbol: sp.Float(point.get(s.name, 0.0)) for s in (*plant.states, *plant.inputs)}
-    return any(abs(sp.N(each.xreplace(values))) > _STILL for each in plant.inline(plant.balances))
+    try:
+        return any(abs(complex(each.xreplace(values))) > _STILL for each in plant.inline(plant.balances))
+    except (TypeError, ValueError, OverflowError):
+        return False  # no number there: nowhere to begin
 
 
 def plane_axes(plant: System) -> dict[str, str] | None:

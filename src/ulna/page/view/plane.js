@@ -83,7 +83,7 @@ class Plane {
     const c = sheet.c;
     const first = record.from(app.clockTime - 20 * app.pace);
     const end = record.from(app.clockTime + 1e-9);
-    const stride = Math.max(1, Math.ceil((end - first) / 700));
+    const stride = Math.max(1, Math.ceil(((end - first) * Math.max(2, app.loops.length)) / 1600));
     app.loops.forEach((loop) => {
       const [a, b] = [loop.get(this.x), loop.get(this.y)];
       const [wide, tall] = [0, 1].map((k) => 0.04 * (this.high[k] - this.low[k]));
