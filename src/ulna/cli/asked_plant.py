@@ -62,6 +62,22 @@ def parameter_values(system: System, entries: Sequence[str], *, also: Sequence[P
     return values
 
 
+def signal_values(
+    system: System, signals: Sequence[Signal], entries: Sequence[str], option: str, what: str
+) -> dict[str, float]:
+    """SI numbers of states, inputs or outputs by name, of entries like `theta=90deg`.
+
+    Raises:
+        UlnaError: unknown names, texts that are no value.
+    """
+    known = {signal.name: signal for signal in signals}
+    found = {}
+    for name, text, asked in named_values(entries, option):
+        signal = known[known_name(name, list(known), asked, what)]
+        found[name] = float(quantity(text, asked, unit=unit_in(system, signal)))
+    return found
+
+
 def ranges_of(system: System, entries: Sequence[str], option: str) -> dict[str, tuple[float, float]]:
     """(lower, upper), SI, by the name of each state in entries like `x=-5:5` or `theta=-90deg:90deg`.
 

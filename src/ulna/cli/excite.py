@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ulna.base import SimulationError
-from ulna.cli.asked_plant import plant_of
+from ulna.cli.asked_plant import plant_of, signal_values
 from ulna.cli.files import write_text
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import AsJson, PlantOptions
@@ -17,7 +17,6 @@ from ulna.cli.typed_values import known_name, named_values, quantity, typed_list
 
 if TYPE_CHECKING:
     from ulna.identification import Excitation
-    from ulna.system import Signal, System
 
 
 @with_groups
@@ -68,8 +67,8 @@ def excite(
             limits=limits,
             duration=duration,
             samples=samples,
-            noise=_sizes(system, system.outputs, noise, "--noise"),
-            initial=_sizes(system, system.states, initial, "--initial") if initial else None,
+            noise=signal_values(system, system.outputs, noise or [], "--noise", "output"),
+            initial=signal_values(system, system.states, initial, "--initial", "state") if initial else None,
         )
     if out is not None:
         write_text(out, found.csv())
@@ -78,14 +77,6 @@ def excite(
         print_json({"shape": found.shape.value} | {key: getattr(found, key) for key in keys})
     else:
         _tell(found, out)
-
-
-def _sizes(system: System, known: tuple[Signal, ...], entries: list[str] | None, option: str) -> dict[str, float]:
-    signals, found = {s.name: s for s in known}, {}
-    for name, text, asked in named_values(entries or [], option):
-        signal = signals[known_name(name, list(signals), asked, "state" if option == "--initial" else "output")]
-        found[name] = float(quantity(text, asked, unit=unit_in(system, signal)))
-    return found
 
 
 def _tell(found: Excitation, out: Path | None) -> None:

@@ -11,17 +11,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ulna.base import SimulationError
-from ulna.cli.asked_plant import plant_of
+from ulna.cli.asked_plant import plant_of, signal_values
 from ulna.cli.layout import say, write_texts
 from ulna.cli.option_groups import with_groups
 from ulna.cli.options import AsJson, PlantOptions
 from ulna.cli.supervisor import kept
 from ulna.cli.terminal import console, print_json, progress
-from ulna.cli.typed_values import known_name, named_values, quantity, unit_in
+from ulna.cli.typed_values import named_values
 
 if TYPE_CHECKING:
     from ulna.identification import Estimate, Fit, HeldOut, Record
-    from ulna.system import Signal, System
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,8 +126,8 @@ def identify(
             priors={name: text for name, text, _ in named_values(search.prior, "--prior")},
             bounds=_bounds(search.bounds),
             noise={name: text for name, text, _ in named_values(search.noise, "--noise")},
-            initial={} if initial == "free" else _values(system, system.states, [initial], "--initial", "state"),
-            inputs=_values(system, system.inputs, constant or [], "--input", "input"),
+            initial={} if initial == "free" else signal_values(system, system.states, [initial], "--initial", "state"),
+            inputs=signal_values(system, system.inputs, constant or [], "--input", "input"),
             held_out=others or None,
             loss=fitting.Robust() if search.robust else None,
             shooting=fitting.MultipleShooting() if search.multiple_shooting else None,
@@ -172,18 +171,6 @@ def _bounds(entries: Sequence[str]) -> dict[str, tuple[str | None, str | None]]:
         if not colon:
             raise SimulationError(asked, "expected two values.", f'Write --bounds "{name}=0.1:2".')
         found[name] = (low or None, high or None)
-    return found
-
-
-def _values(
-    system: System, signals: Sequence[Signal], entries: Sequence[str], option: str, what: str
-) -> dict[str, float]:
-    """SI numbers of states or inputs, by name."""
-    known = {signal.name: signal for signal in signals}
-    found = {}
-    for name, text, asked in named_values(entries, option):
-        signal = known[known_name(name, list(known), asked, what)]
-        found[name] = float(quantity(text, asked, unit=unit_in(system, signal)))
     return found
 
 
