@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from ulna.certify import Over as Over
     from ulna.certify import Region as Region
     from ulna.certify import StableWithin as StableWithin
+    from ulna.certify import UltimateBound as UltimateBound
     from ulna.certify import prove as prove
     from ulna.design import AbstractGainRule as AbstractGainRule
     from ulna.design import Analysis as Analysis
@@ -213,7 +214,7 @@ _HOME = {
         "ulna.campaign": """
             CampaignError CampaignResult Choice Grid LatinHypercube LogUniform Measures Normal open_campaign
             posterior quantiles Random replay Saltelli sensitivity settled_fraction Sobol sweep Uniform worst_cases""",
-        "ulna.certify": "GloballyStable Over prove Region StableWithin",
+        "ulna.certify": "GloballyStable Over prove Region StableWithin UltimateBound",
         "ulna.design": """
             AbstractGainRule analyse Analysis Answer Bandwidth close_loop Compensator compensator Controller
             controller_for controller_form dynamic_extension exact_observer extended_kalman_filter extended_law
