@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from terminal import MASS, answered, refused, ulna, written
 
-from ulna.campaign import Replay
+from ulna.campaign import DaskWorkers, Replay
 
 POLES = ["--controller-poles", "-2,-3", "--observer-poles", "-9,-10"]
 
@@ -155,7 +155,10 @@ def test_the_command_for_the_worst_run_can_be_copied(plant: str, tmp_path: Path,
         (["--vary", "m=uniform(1,2)", "--runs", "5", "--worst-by", "peak_y"], "no such figure"),
     ],
 )
-def test_a_users_mistake_is_one_clear_error(plant: str, tmp_path: Path, arguments: list[str], reason: str) -> None:
+def test_a_users_mistake_is_one_clear_error(
+    plant: str, tmp_path: Path, arguments: list[str], reason: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(DaskWorkers.__init__.__kwdefaults__ or {}, "timeout", 1.0)  # s that nobody needs to wait here
     assert reason in refused("sweep", plant, *POLES, "--out", str(tmp_path / "runs"), *arguments)
 
 
