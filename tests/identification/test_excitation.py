@@ -7,7 +7,7 @@ import pytest
 
 import ulna
 from ulna.identification import IdentificationError, sensitivities
-from ulna.identification.precision import precision
+from ulna.identification.excitation.precision import precision
 from ulna.plants import arm_with_drive, preset
 
 HANGING = np.pi / 2

@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 import ulna
 from ulna.cli.main import app
 from ulna.identification import Extent, IdentificationError, Motion, identifiability
-from ulna.identification.input_output import input_output
-from ulna.identification.recovery import recovered
-from ulna.identification.scalings import scalings
+from ulna.identification.structural.input_output import input_output
+from ulna.identification.structural.recovery import recovered
+from ulna.identification.structural.scalings import scalings
 from ulna.system import System, system_from_mapping
 
 A, B, C = sp.symbols("a b c", real=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ulna.identification.solve import triangle
+from ulna.identification.fitting.solve import triangle
 
 
 @pytest.mark.parametrize("shape", [(3, 5), (200, 5), (5000, 5), (5003, 44)])

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ulna.base import Status, Verdict
-from ulna.identification.combinations import Combination, claim, rank_of_directions
-from ulna.identification.extent import Extent, ParameterAnswer
-from ulna.identification.input_output import InputOutput
-from ulna.identification.observed import Observed
-from ulna.identification.recovery import recovered
+from ulna.identification.structural.combinations import Combination, claim, rank_of_directions
+from ulna.identification.structural.extent import Extent, ParameterAnswer
+from ulna.identification.structural.input_output import InputOutput
+from ulna.identification.structural.observed import Observed
+from ulna.identification.structural.recovery import recovered
 from ulna.symbolic.exact import generic_rank
 from ulna.system import System
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from ulna.base import UnitError, dimension_text, unit
 from ulna.identification.errors import IdentificationError
-from ulna.identification.record import factor_of
+from ulna.identification.records import factor_of
 
 _NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
 _QUANTITY = re.compile(rf"\s*{_NUMBER}\s*((?:[^\W\d]|[°%]).*?)?\s*")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ulna.identification.noise import long_run
-from ulna.identification.problem import Problem
-from ulna.identification.solve import Robust, Solution, solved, triangle
+from ulna.identification.fitting.noise import long_run
+from ulna.identification.fitting.problem import Problem
+from ulna.identification.fitting.solve import Robust, Solution, solved, triangle
 
 BLIND = 1e-9
 """A direction in which the residual changes by less than this beside the others is told by nothing."""

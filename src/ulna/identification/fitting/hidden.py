@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ulna.base import UlnaError
-from ulna.identification.extent import Extent
-from ulna.identification.problem import Problem
-from ulna.identification.solve import triangle
-from ulna.identification.structural import Identifiability, identifiability
+from ulna.identification.fitting.problem import Problem
+from ulna.identification.fitting.solve import triangle
+from ulna.identification.structural import Extent, Identifiability, identifiability
 
 DEPENDENT = 1e-7
 """Slopes at the start that depend on each other but for this share ask for a look at the model."""

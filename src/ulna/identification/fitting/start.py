@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ulna.identification.errors import IdentificationError
-from ulna.identification.problem import Free, Piece, Problem
-from ulna.identification.recorded_experiment import Experiment
+from ulna.identification.fitting.problem import Free, Piece, Problem
+from ulna.identification.records import Experiment
 from ulna.system import System, starting_point
 
 FIRST = 40

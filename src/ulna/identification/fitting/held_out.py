@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ulna.identification.fit import HeldOut
-from ulna.identification.noise import Noise
-from ulna.identification.problem import Problem
-from ulna.identification.recorded_experiment import Experiment
-from ulna.identification.response import Response
-from ulna.identification.solve import Solution, solved
-from ulna.identification.start import first_unknowns
+from ulna.identification.fitting.fit import HeldOut
+from ulna.identification.fitting.noise import Noise
+from ulna.identification.fitting.problem import Problem
+from ulna.identification.fitting.solve import Solution, solved
+from ulna.identification.fitting.start import first_unknowns
+from ulna.identification.records import Experiment
+from ulna.identification.sensitivity import Response
 from ulna.system import System
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from ulna.base import Verdict
-from ulna.identification.experiment import Motion
+from ulna.identification.structural.experiment import Motion
 
 
 class Extent(StrEnum):

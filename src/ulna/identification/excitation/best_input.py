@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from ulna.identification.candidate import Candidate, Shape, mixed, multisine, single_step, steps
 from ulna.identification.errors import IdentificationError
-from ulna.identification.precision import Precision, precision
-from ulna.identification.response import Response, Sensitivities
+from ulna.identification.excitation.candidate import Candidate, Shape, mixed, multisine, single_step, steps
+from ulna.identification.excitation.precision import Precision, precision
+from ulna.identification.sensitivity import Response, Sensitivities
 from ulna.sim import Held
 from ulna.symbolic.compiling import rounded
 from ulna.system import System, SystemLike, as_system, measured_part, starting_point, to_si, with_uses

@@ -9,14 +9,14 @@ from difflib import get_close_matches
 import sympy as sp
 
 from ulna.base import UlnaError, Verdict, all_of
-from ulna.identification.combinations import Combination, combinations_of
 from ulna.identification.errors import IdentificationError
-from ulna.identification.evidence import Evidence
-from ulna.identification.experiment import Motion
-from ulna.identification.extent import Extent, ParameterAnswer
-from ulna.identification.input_output import input_output
-from ulna.identification.observed import Observed, observed
-from ulna.identification.scalings import scalings
+from ulna.identification.structural.combinations import Combination, combinations_of
+from ulna.identification.structural.evidence import Evidence
+from ulna.identification.structural.experiment import Motion
+from ulna.identification.structural.extent import Extent, ParameterAnswer
+from ulna.identification.structural.input_output import input_output
+from ulna.identification.structural.observed import Observed, observed
+from ulna.identification.structural.scalings import scalings
 from ulna.system import System, SystemLike, as_system, given_point, measured_part, stand_ins, with_uses
 
 _SECONDS = 3.0

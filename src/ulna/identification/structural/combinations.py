@@ -11,7 +11,7 @@ import sympy as sp
 from flint import arb, arb_mat, ctx
 
 from ulna.base import Verdict
-from ulna.identification.observed import DIGITS, Observed
+from ulna.identification.structural.observed import DIGITS, Observed
 from ulna.symbolic.exact import rank_of_balls, value_at
 
 _GREATEST = 10_000

@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import Verdict
-from ulna.identification.experiment import SEED
+from ulna.identification.structural.experiment import SEED
 from ulna.symbolic.exact import attempt, normal, value_at
 
 _PRIME = 2147483549

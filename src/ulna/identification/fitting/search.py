@@ -10,20 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from ulna.identification.conclusion import conclusion
 from ulna.identification.errors import IdentificationError
-from ulna.identification.fit import Fit
-from ulna.identification.free import free_parameters
-from ulna.identification.held_out import held_out_errors
-from ulna.identification.hidden import hidden_parameters
-from ulna.identification.noise import Noise, noise_of
-from ulna.identification.prior import Prior, prior_of, quantity
-from ulna.identification.problem import Free, Problem
-from ulna.identification.record import as_records
-from ulna.identification.recorded_experiment import Experiment, experiments, measured_system
-from ulna.identification.smooth import COARSE, FINE, signs_of, smoothed, told, widths_of
-from ulna.identification.solve import MultipleShooting, Robust, Solution, begun, no_value, solved
-from ulna.identification.start import GlobalStart
+from ulna.identification.fitting.conclusion import conclusion
+from ulna.identification.fitting.fit import Fit
+from ulna.identification.fitting.free import free_parameters
+from ulna.identification.fitting.held_out import held_out_errors
+from ulna.identification.fitting.hidden import hidden_parameters
+from ulna.identification.fitting.noise import Noise, noise_of
+from ulna.identification.fitting.prior import Prior, prior_of, quantity
+from ulna.identification.fitting.problem import Free, Problem
+from ulna.identification.fitting.smooth import COARSE, FINE, signs_of, smoothed, told, widths_of
+from ulna.identification.fitting.solve import MultipleShooting, Robust, Solution, begun, no_value, solved
+from ulna.identification.fitting.start import GlobalStart
+from ulna.identification.records import Experiment, as_records, experiments, measured_system
 from ulna.loop import Loop
 from ulna.system import System, as_system
 

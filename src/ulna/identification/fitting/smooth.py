@@ -12,7 +12,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import UlnaError
-from ulna.identification.recorded_experiment import Experiment
+from ulna.identification.records import Experiment
 from ulna.program import to_numpy
 from ulna.sim import simulate
 from ulna.symbolic.compiling import kernel

@@ -16,8 +16,8 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import Verdict
-from ulna.identification.experiment import SEED, Motion
-from ulna.identification.observed import observed
+from ulna.identification.structural.experiment import SEED, Motion
+from ulna.identification.structural.observed import observed
 from ulna.symbolic.exact import attempt, normal, value_at
 from ulna.system import NON_SMOOTH, Parameter, Signal, System
 

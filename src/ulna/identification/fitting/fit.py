@@ -10,8 +10,8 @@ import numpy as np
 
 from ulna.base import html_table
 from ulna.identification.errors import IdentificationError
-from ulna.identification.recorded_experiment import Experiment
-from ulna.identification.residual_tests import ResidualTest
+from ulna.identification.fitting.residual_tests import ResidualTest
+from ulna.identification.records import Experiment
 from ulna.system import System
 
 

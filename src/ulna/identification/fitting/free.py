@@ -9,8 +9,8 @@ from typing import Any
 
 from ulna.base import unit
 from ulna.identification.errors import IdentificationError
-from ulna.identification.prior import bounds_of, prior_of
-from ulna.identification.problem import Free
+from ulna.identification.fitting.prior import bounds_of, prior_of
+from ulna.identification.fitting.problem import Free
 from ulna.symbolic.compiling import rounded
 from ulna.system import Parameter, System, declared_range
 

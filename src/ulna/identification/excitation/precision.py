@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ulna.identification.response import Sensitivities
+from ulna.identification.sensitivity import Sensitivities
 
 TOLD = 1e-7
 """Share of a parameter's slopes that must be its own: below, other unknowns move the outputs as it does."""

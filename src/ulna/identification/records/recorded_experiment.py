@@ -11,7 +11,7 @@ import numpy as np
 
 from ulna.base import UnitError, dimension_text, unit
 from ulna.identification.errors import IdentificationError
-from ulna.identification.record import Record, missing_column
+from ulna.identification.records.record import Record, missing_column
 from ulna.sim import Constant, Held, Input, Interpolated, as_input
 from ulna.system import Signal, System
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ulna.identification.errors import IdentificationError
-from ulna.identification.problem import Problem, Rows
-from ulna.identification.start import GlobalStart, first_unknowns, tries
+from ulna.identification.fitting.problem import Problem, Rows
+from ulna.identification.fitting.start import GlobalStart, first_unknowns, tries
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ulna.identification.prior import Prior
-from ulna.identification.recorded_experiment import Experiment
-from ulna.identification.response import Response, Sensitivities, response_of
+from ulna.identification.fitting.prior import Prior
+from ulna.identification.records import Experiment
+from ulna.identification.sensitivity import Response, Sensitivities, response_of
 from ulna.system import System
 
 BOND = 1e5

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ulna.identification.errors import IdentificationError
-from ulna.identification.variational import Motion, Stepper, jumps, stepper
+from ulna.identification.sensitivity.variational import Motion, Stepper, jumps, stepper
 from ulna.program import tangents, to_numpy
 from ulna.sim import Constant, Held, Input, Interpolated, as_input, input_values
 from ulna.symbolic.compiling import kernel, rounded

@@ -17,7 +17,7 @@ from flint import arb, arb_mat, ctx
 
 from ulna.base import UlnaError, Verdict
 from ulna.geometry import FlowAtPoint
-from ulna.identification.experiment import CLOCK, SEED, Motion, experiment, on_one_side
+from ulna.identification.structural.experiment import CLOCK, SEED, Motion, experiment, on_one_side
 from ulna.symbolic.exact import rank_of_balls
 from ulna.system import NON_SMOOTH, Parameter, System, given_point, stand_ins, system_kernel
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ulna.base import UnitError, unit
 from ulna.identification.errors import IdentificationError
-from ulna.identification.sheet import read_sheet
+from ulna.identification.records.sheet import read_sheet
 from ulna.sim import Trajectory
 
 GAP = 10.0

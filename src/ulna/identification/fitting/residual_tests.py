@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ulna.identification.noise import Noise
+from ulna.identification.fitting.noise import Noise
 
 LAGS = 20
 SUSPICIOUS = 1e-3

@@ -10,13 +10,13 @@ from fractions import Fraction
 import numpy as np
 import sympy as sp
 
-from ulna.identification.fit import Estimate, Fit
-from ulna.identification.noise import Noise
-from ulna.identification.problem import Problem
-from ulna.identification.record import factor_of
-from ulna.identification.residual_tests import residual_test
-from ulna.identification.solve import Robust, Solution
-from ulna.identification.uncertainty import NORMAL, Uncertainty, profile, uncertainty
+from ulna.identification.fitting.fit import Estimate, Fit
+from ulna.identification.fitting.noise import Noise
+from ulna.identification.fitting.problem import Problem
+from ulna.identification.fitting.residual_tests import residual_test
+from ulna.identification.fitting.solve import Robust, Solution
+from ulna.identification.fitting.uncertainty import NORMAL, Uncertainty, profile, uncertainty
+from ulna.identification.records import factor_of
 from ulna.sim import input_values
 from ulna.symbolic.formulas import exact
 from ulna.system import Parameter, System
