@@ -12,8 +12,8 @@ from flint import arb
 from ulna.base import Status
 from ulna.certify import Certificate, check
 from ulna.certify.certificate import THEOREM
-from ulna.certify.checker_arithmetic import Dual, dual
-from ulna.certify.limited import SMOOTH
+from ulna.certify.checker.arithmetic import Dual, dual
+from ulna.certify.region.limited import SMOOTH
 
 
 def _certificate(**given: Any) -> Certificate:

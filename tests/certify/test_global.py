@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 import ulna
 from ulna.base import Status, Verdict
 from ulna.certify import Certificate, GloballyStable, check, prove
+from ulna.certify.cascade.growth import Growth, UnboundedError
 from ulna.certify.certificate import CASCADE
-from ulna.certify.growth import Growth, UnboundedError
 from ulna.loop import Hardware, Loop, Saturation
 from ulna.system import system_from_mapping
 

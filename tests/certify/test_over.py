@@ -17,9 +17,9 @@ import ulna
 from ulna.base import Status, Verdict
 from ulna.certify import Certificate, CertifyError, Over, check, prove, read_certificate
 from ulna.certify.certificate import OVER, Piece
-from ulna.certify.checker_over import all_left
-from ulna.certify.checker_over import characteristic as second_characteristic
-from ulna.certify.part import all_decay, characteristic
+from ulna.certify.checker.over import all_left
+from ulna.certify.checker.over import characteristic as second_characteristic
+from ulna.certify.over.part import all_decay, characteristic
 from ulna.loop import Hardware, Loop, Saturation
 from ulna.plants import arm_with_drive, preset
 from ulna.studies.prosthesis.load_robust_designs import load_robust_design

@@ -10,12 +10,12 @@ import sympy as sp
 from flint import arb
 
 from ulna.certify import Region, prove
-from ulna.certify.balls import slopes_of
-from ulna.certify.box import comes_back, inside
-from ulna.certify.domain import Domain
-from ulna.certify.form import form_of, in_states
-from ulna.certify.limited import limited_loop
-from ulna.certify.rest import rest
+from ulna.certify.region.balls import slopes_of
+from ulna.certify.region.box import comes_back, inside
+from ulna.certify.region.domain import Domain
+from ulna.certify.region.form import form_of, in_states
+from ulna.certify.region.limited import limited_loop
+from ulna.certify.region.rest import rest
 from ulna.loop import Hardware, Loop, Saturation
 from ulna.system import system_from_mapping
 

@@ -25,8 +25,8 @@ from ulna.certify import (
     prove,
     read_certificate,
 )
-from ulna.certify.decay_sums import decay_sums
-from ulna.certify.period_map import period_map
+from ulna.certify.processor.decay_sums import decay_sums
+from ulna.certify.processor.period_map import period_map
 from ulna.loop import EndStop, Hardware, Jitter, Loop, MeasurementNoise, Pwm, Quantiser, Saturation
 from ulna.program import tangents, to_numpy
 from ulna.system import system_from_mapping

@@ -25,7 +25,8 @@ def _contracts() -> str:
 
 
 CONTRACTS: list[dict[str, Any]] = tomllib.loads(_contracts())["tool"]["importlinter"]["contracts"]
-ROOMS = {contract["id"]: contract for contract in CONTRACTS if contract["id"] != "layers"}
+ROOMS = {each["id"]: each for each in CONTRACTS if each["type"] == "layers" and each["id"] != "layers"}
+APART = next(contract for contract in CONTRACTS if contract["id"] == "the-second-program")
 
 
 def _lint(folder: Path, files: dict[str, str], contract: str = "layers") -> subprocess.CompletedProcess[str]:
@@ -106,6 +107,16 @@ def test_a_room_may_import_downwards_and_is_refused_upwards_or_without_a_line(co
     refused = linted(**{bottom: f"import {container}.{top}\n"})
     assert f"{container}.{bottom} is not allowed to import {container}.{top}" in refused
     assert f"{container}.cellar" in linted(cellar="")
+
+
+@pytest.mark.parametrize("shared", ["certify.certificate", *APART["forbidden_modules"]])
+def test_the_checker_shares_nothing_with_the_prover(shared: str, tmp_path: Path) -> None:
+    [checker] = APART["source_modules"]
+    named = [checker, "ulna.certify.certificate", *APART["forbidden_modules"]]
+    files = {f"{name.removeprefix('ulna.').replace('.', '/')}/__init__.py": "" for name in named}
+    files |= {"certify/__init__.py": "", "certify/checker/__init__.py": f"import ulna.{shared.removeprefix('ulna.')}\n"}
+    result = _lint(tmp_path, files, "the-second-program")
+    assert (result.returncode == 0) == (shared not in APART["forbidden_modules"]), result.stdout
 
 
 def test_nothing_inside_imports_names_from_the_lazy_top_package() -> None:

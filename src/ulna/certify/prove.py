@@ -11,20 +11,34 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import Verdict
-from ulna.certify.balls import Slopes, slopes_of
-from ulna.certify.box import comes_back, inside
 from ulna.certify.cascade import NotByThisTheoremError, cascade, worded
 from ulna.certify.certificate import CASCADE, THEOREM
-from ulna.certify.certificate_of import certificate_of
 from ulna.certify.claims import Claim, GloballyStable, Over, Region, StableWithin, UltimateBound
 from ulna.certify.errors import CertifyError
-from ulna.certify.form import Form, form_of, in_states, moved, start_of
-from ulna.certify.limited import Limited, limited_loop
-from ulna.certify.metrics import Candidate, candidates
 from ulna.certify.over import prove_over
-from ulna.certify.region import Attempt, attempt
-from ulna.certify.rest import Rest, holding, linear_answer, rest
-from ulna.certify.ultimate import prove_ultimate
+from ulna.certify.processor import prove_ultimate
+from ulna.certify.region import (
+    Attempt,
+    Candidate,
+    Form,
+    Limited,
+    Rest,
+    Slopes,
+    attempt,
+    candidates,
+    certificate_of,
+    comes_back,
+    form_of,
+    holding,
+    in_states,
+    inside,
+    limited_loop,
+    linear_answer,
+    moved,
+    rest,
+    slopes_of,
+    start_of,
+)
 from ulna.loop import Loop
 
 BOXES = 60_000

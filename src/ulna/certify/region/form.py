@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.certify.errors import CertifyError
-from ulna.certify.limited import Limited
+from ulna.certify.region.limited import Limited
 from ulna.loop import Loop
 from ulna.program import to_numpy
 from ulna.symbolic.compiling import kernel

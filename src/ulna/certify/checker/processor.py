@@ -21,7 +21,7 @@ import sympy as sp
 from flint import arb, arb_mat, fmpz_mat
 
 from ulna.certify.certificate import SampledCertificate
-from ulna.certify.checker_arithmetic import Dual, NotRightError, around, dual, exactly, fraction
+from ulna.certify.checker.arithmetic import Dual, NotRightError, around, dual, exactly, fraction
 from ulna.symbolic.formulas import parse_formula
 
 SEGMENTS, TERMS, TRIES = 4, 8, 12

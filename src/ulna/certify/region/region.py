@@ -9,9 +9,9 @@ import numpy as np
 import sympy as sp
 from flint import arb, arb_mat
 
-from ulna.certify.balls import Slopes, ball
 from ulna.certify.errors import CertifyError
-from ulna.certify.rest import Rest
+from ulna.certify.region.balls import Slopes, ball
+from ulna.certify.region.rest import Rest
 
 _PLACES, _LEAST = 8, 0.03
 """Places at which the influence of a coordinate is sampled; the least of it, as part of the largest one."""

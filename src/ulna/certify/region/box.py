@@ -8,9 +8,9 @@ import sympy as sp
 from flint import arb
 
 from ulna.base import Status
-from ulna.certify.balls import ball
-from ulna.certify.form import Form
-from ulna.certify.rest import Rest
+from ulna.certify.region.balls import ball
+from ulna.certify.region.form import Form
+from ulna.certify.region.rest import Rest
 from ulna.program import to_balls
 from ulna.symbolic.compiling import kernel
 from ulna.symbolic.exact import is_zero

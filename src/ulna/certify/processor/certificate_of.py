@@ -10,7 +10,7 @@ import numpy as np
 
 from ulna.certify.certificate import SAMPLED, SampledCertificate
 from ulna.certify.errors import CertifyError
-from ulna.certify.linearised import UNIT, Linearised
+from ulna.certify.processor.linearised import UNIT, Linearised
 from ulna.loop import Loop, fingerprint
 from ulna.program import Kernel, Operation
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import sympy as sp
 
-from ulna.certify.balls import Slopes
 from ulna.certify.certificate import Certificate, Piece
-from ulna.certify.rest import Rest
+from ulna.certify.region.balls import Slopes
+from ulna.certify.region.rest import Rest
 from ulna.loop import Loop, fingerprint
 
 

@@ -11,8 +11,8 @@ import sympy as sp
 from flint import arb, arb_mat
 
 from ulna.certify.errors import CertifyError
-from ulna.certify.limited import check_smooth
-from ulna.certify.moving import Moving, moved_by
+from ulna.certify.processor.moving import Moving, moved_by
+from ulna.certify.region import check_smooth
 from ulna.loop import Hardware, Loop
 from ulna.program import Kernel, Unwritten, bound, restricted
 from ulna.symbolic.compiling import kernel

@@ -11,10 +11,8 @@ import sympy as sp
 from flint import arb
 from sympy.polys.rings import PolyElement, ring
 
-from ulna.certify.balls import Slopes
-from ulna.certify.form import Form
-from ulna.certify.growth import Growth, Range, UnboundedError
-from ulna.certify.region import rational
+from ulna.certify.cascade.growth import Growth, Range, UnboundedError
+from ulna.certify.region import Form, Slopes, rational
 from ulna.symbolic.exact import exact_ball
 
 _LEAST = 0.98

@@ -20,7 +20,7 @@ from flint import arb
 from sympy.polys.fields import sfield
 
 from ulna.certify.certificate import Piece
-from ulna.certify.checker_arithmetic import (
+from ulna.certify.checker.arithmetic import (
     Box,
     Dual,
     NotRightError,
@@ -31,7 +31,7 @@ from ulna.certify.checker_arithmetic import (
     fraction,
     halves,
 )
-from ulna.certify.checker_loop import LimitedLoop
+from ulna.certify.checker.loop import LimitedLoop
 
 _NEAR = Fraction(1, 10**9)
 """Relative to 1 + |ζ₀|: how near the center the equilibrium at the middle of a box must lie."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from flint import arb
 
-from ulna.certify.period_map import PeriodMap
+from ulna.certify.processor.period_map import PeriodMap
 from ulna.loop import Loop
 from ulna.program import to_numpy
 from ulna.system import starting_point

@@ -12,10 +12,10 @@ from flint import arb, ctx
 from ulna.base import Verdict
 from ulna.certify.claims import UltimateBound
 from ulna.certify.errors import CertifyError
-from ulna.certify.linearised import Linearised, linearised
-from ulna.certify.period_map import PeriodMap, period_map
-from ulna.certify.sampled_certificate import sampled_certificate_of
-from ulna.certify.sampled_rest import resting
+from ulna.certify.processor.certificate_of import sampled_certificate_of
+from ulna.certify.processor.linearised import Linearised, linearised
+from ulna.certify.processor.period_map import PeriodMap, period_map
+from ulna.certify.processor.sampled_rest import resting
 from ulna.loop import Loop
 
 BITS = 80

@@ -8,7 +8,7 @@ from copy import copy
 import sympy as sp
 from flint import arb
 
-from ulna.certify.form import Form
+from ulna.certify.region.form import Form
 from ulna.program import to_balls
 from ulna.symbolic.compiling import kernel
 

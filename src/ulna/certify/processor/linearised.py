@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from flint import arb
 
-from ulna.certify.decay_sums import DecaySums, decay_sums
-from ulna.certify.period_map import PeriodMap
+from ulna.certify.processor.decay_sums import DecaySums, decay_sums
+from ulna.certify.processor.period_map import PeriodMap
 
 SEGMENTS = 4
 """Of the line from the rest point, over which the mean of the slopes is taken."""

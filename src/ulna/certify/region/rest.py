@@ -11,7 +11,7 @@ import sympy as sp
 from flint import arb, arb_mat
 
 from ulna.base import Verdict
-from ulna.certify.balls import Slopes, ball
+from ulna.certify.region.balls import Slopes, ball
 
 _STEPS = 60
 _RADII = (1e-13, 1e-11, 1e-9, 1e-7)

@@ -10,7 +10,7 @@ import sympy as sp
 from flint import arb
 
 from ulna.certify.certificate import OVER, Certificate
-from ulna.certify.checker_arithmetic import (
+from ulna.certify.checker.arithmetic import (
     Box,
     Dual,
     approximate_inverse,

@@ -8,9 +8,9 @@ import numpy as np
 import scipy.linalg as la
 import sympy as sp
 
-from ulna.certify.balls import Slopes
-from ulna.certify.region import rational
-from ulna.certify.rest import Rest
+from ulna.certify.region.balls import Slopes
+from ulna.certify.region.region import rational
+from ulna.certify.region.rest import Rest
 
 DIRECTIONS, RADII, SEED = 1000, np.geomspace(1e-7, 1e5, 500), 0
 MARGIN = 0.02

@@ -10,8 +10,8 @@ import numpy as np
 import sympy as sp
 from flint import arb, arb_mat
 
-from ulna.certify.domain import Domain
-from ulna.certify.form import Form, without_errors
+from ulna.certify.region.domain import Domain
+from ulna.certify.region.form import Form, without_errors
 from ulna.program import to_balls, to_numpy
 from ulna.symbolic.compiling import kernel
 

@@ -11,9 +11,7 @@ import sympy as sp
 from flint import arb, arb_mat
 from sympy.polys.matrices import DomainMatrix
 
-from ulna.certify.balls import Slopes, ball, slopes_of
-from ulna.certify.form import Form
-from ulna.certify.rest import Rest, decays
+from ulna.certify.region import Form, Rest, Slopes, ball, decays, slopes_of
 from ulna.program import to_balls
 from ulna.symbolic.compiling import kernel
 

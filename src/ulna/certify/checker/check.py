@@ -26,7 +26,7 @@ from flint import arb, ctx
 
 from ulna.base import UlnaError, Verdict
 from ulna.certify.certificate import CASCADE, OVER, THEOREM, Certificate, SampledCertificate
-from ulna.certify.checker_arithmetic import (
+from ulna.certify.checker.arithmetic import (
     Box,
     Dual,
     NotRightError,
@@ -43,10 +43,10 @@ from ulna.certify.checker_arithmetic import (
     times,
     vanishes,
 )
-from ulna.certify.checker_global import Everywhere
-from ulna.certify.checker_loop import LimitedLoop, names_wrong
-from ulna.certify.checker_over import OverParameters
-from ulna.certify.checker_sampled import Sampled
+from ulna.certify.checker.cascade import Everywhere
+from ulna.certify.checker.loop import LimitedLoop, names_wrong
+from ulna.certify.checker.over import OverParameters
+from ulna.certify.checker.processor import Sampled
 from ulna.symbolic.formulas import parse_formula
 
 BITS = 80

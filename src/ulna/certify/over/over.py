@@ -12,13 +12,9 @@ import scipy.linalg as la
 import sympy as sp
 
 from ulna.base import Verdict
-from ulna.certify.balls import ball
 from ulna.certify.certificate import OVER
-from ulna.certify.certificate_of import certificate_of
 from ulna.certify.claims import Over
-from ulna.certify.form import in_states, start_of
-from ulna.certify.limited import limited_loop
-from ulna.certify.part import (
+from ulna.certify.over.part import (
     Family,
     ParameterBox,
     Part,
@@ -31,8 +27,17 @@ from ulna.certify.part import (
     rest_over,
     within_limits,
 )
-from ulna.certify.region import HALVED, LEAF
-from ulna.certify.rest import equilibrium_near, linear_answer
+from ulna.certify.region import (
+    HALVED,
+    LEAF,
+    ball,
+    certificate_of,
+    equilibrium_near,
+    in_states,
+    limited_loop,
+    linear_answer,
+    start_of,
+)
 from ulna.loop import Loop
 
 _SAMPLES, _SEED = 60, 0

@@ -20,7 +20,7 @@ from typing import Any
 import sympy as sp
 from flint import arb
 
-from ulna.certify.checker_arithmetic import NotRightError, dual, exactly, pivots, vanishes
+from ulna.certify.checker.arithmetic import NotRightError, dual, exactly, pivots, vanishes
 
 End = Fraction | float
 """An end of an interval: a fraction or infinity."""
