@@ -211,6 +211,20 @@ def test_sticking_is_printed_and_has_status_0(tmp_path):
     assert [(mode["held"], mode["end"]) for mode in modes] == [([], 0.5), (["v = 0"], 2.0)]
 
 
+def test_a_run_says_which_declared_range_it_leaves(tmp_path):
+    path = tmp_path / "cart.toml"
+    path.write_text(
+        '[states]\nx = { unit = "m", equation = "v", range = [-2, 2] }\nv = { unit = "m/s", equation = "u" }\n'
+        '[inputs]\nu = { unit = "m/s^2", range = [-10, 10] }\n'
+    )
+    fast = ["simulate", str(path), "--controller-poles=-20,-21", "--initial", "x=1", "--horizon", "2"]
+    said = "u leaves its declared range: u = -420 m/s^2, its range is [-10, 10] m/s^2."
+    assert answered(*fast)["ranges_left"] == [said]
+    assert said in ulna(*fast).stdout
+    slow = ["simulate", str(path), "--controller-poles=-1,-2", "--initial", "x=1", "--horizon", "2"]
+    assert answered(*slow)["ranges_left"] == []
+
+
 def test_the_exit_status_of_the_program():
     assert entry_point(*ARM, "--initial", "1,0,0", "--until", "theta-1.2").returncode == 0
     failed = entry_point(*ARM, "--input", "u=log(t-1)", "--json")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from ulna.base import SimulationError
+import ulna
+from ulna.base import SimulationError, UlnaError
 from ulna.program import to_python
 from ulna.sim import TIME, Held, Interpolated, Outcome, Taylor, Trajectory, simulate
 from ulna.sim.continuous.flow import Flow
@@ -291,3 +293,14 @@ def test_samples_that_make_no_sense_are_refused(times: list[float], values: list
     for kind in (Held, Interpolated):
         with pytest.raises(SimulationError):
             kind(times=np.array(times), values=np.array(values))
+
+
+def test_a_plant_may_be_given_by_its_name_or_its_file(tmp_path: Path) -> None:
+    plant = ulna.model("duffing").with_values()
+    path = tmp_path / "swing.toml"
+    ulna.write_system(plant, path)
+    wanted = simulate(plant, [1, 0], 1.0).states
+    assert np.array_equal(simulate("duffing", [1, 0], 1.0).states, wanted)
+    assert np.array_equal(simulate(path, [1, 0], 1.0).states, wanted)
+    with pytest.raises(UlnaError, match="Did you mean duffing"):
+        simulate("dufing", [1, 0], 1.0)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from ulna.report.run_figures import RunFigures
     from ulna.sim import Crossing, Event, Settling, Trajectory
-    from ulna.system import Signal
+    from ulna.system import Signal, System
 
 
 MOST_SAMPLES = 10_000_000
@@ -70,7 +70,7 @@ def simulate(
         ulna simulate one_link_arm --controller-poles=-4,-5,-6 --track --reference "y=0.5*sin(t)"
         ulna simulate one_link_arm --best --initial 1,0,0 --period 1e-3 --limit 24 --encoder 12
     """
-    from ulna.report.run_figures import figure_data, figures_of
+    from ulna.report.run_figures import figure_data, figures_of, ranges_left
 
     system = plant_in_file(plant)
     with progress(f"simulating '{system.name}'"):
@@ -86,9 +86,10 @@ def simulate(
         _plot(asked, trajectory, figures, plot)
     if as_json:
         told = {} if figures is None else {"figures": figure_data(figures)}
+        told |= {"ranges_left": list(ranges_left(asked.loop.plant, trajectory))}
         print_json(_data(trajectory, reached) | told)
     else:
-        _print(trajectory, reached, figures)
+        _print(asked.loop.plant, trajectory, reached, figures)
     if trajectory.outcome.name not in REACHED:
         raise typer.Exit(1)
 
@@ -179,10 +180,10 @@ def _estimates(trajectory: Trajectory) -> list[Signal]:
     return [series.signal for series in trajectory.further.values() if series.role == "estimate"]
 
 
-def _print(trajectory: Trajectory, reached: Sequence[Settled], figures: RunFigures | None) -> None:
+def _print(plant: System, trajectory: Trajectory, reached: Sequence[Settled], figures: RunFigures | None) -> None:
     from rich.markup import escape
 
-    from ulna.report.run_figures import figure_lines
+    from ulna.report.run_figures import figure_lines, ranges_left
 
     system = trajectory.system
     say(f"{system.name}: {trajectory.outcome.text}")
@@ -193,6 +194,8 @@ def _print(trajectory: Trajectory, reached: Sequence[Settled], figures: RunFigur
         units = {signal.name: signal.unit for signal in signals}
         for text in figure_lines(figures, units):
             say(text, hanging=2)
+    for text in ranges_left(plant, trajectory):
+        say(text, hanging=2)
     events = [event for event in trajectory.events if event.kind.name not in STAYS]
     if events:
         console().print(_events(events))

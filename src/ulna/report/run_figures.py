@@ -18,7 +18,7 @@ from ulna.sim import (
     output_metrics,
     rest_values,
 )
-from ulna.system import controlled_part
+from ulna.system import System, controlled_part, out_of_range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,6 +84,13 @@ def levels_of(loop: Loop, figures: RunFigures | None) -> dict[str, list[float]]:
         if output.name in levels and str(readout) in states:
             levels.setdefault(str(readout), levels[output.name])
     return levels
+
+
+def ranges_left(plant: System, trajectory: Trajectory) -> Iterator[str]:
+    """A sentence for each state and input that leaves the range that the plant declares; the run goes on."""
+    for signal in (*plant.states, *plant.inputs):
+        if beyond := out_of_range(signal, trajectory[signal.name]):
+            yield f"{signal.name} leaves its declared range: {beyond}"
 
 
 def _along(reference: object, trajectory: Trajectory) -> object:

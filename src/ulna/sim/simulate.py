@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 
 from ulna.base import SimulationError
 from ulna.loop import Loop
+from ulna.plants import as_plant
 from ulna.sim.continuous.ensemble import continuous_figures
 from ulna.sim.continuous.implicit import Implicit
 from ulna.sim.continuous.rules import Limits, Reported
@@ -52,8 +54,9 @@ def simulate(
     processor, whatever the number of threads.
 
     Args:
-        loop: a `Loop`, a `System`, or what has one as its `.system` (a closed loop); parameters may be symbolic. One
-            without states has outputs along the time and nothing else; `initial` is () then.
+        loop: a `Loop`, a `System`, what has one as its `.system` (a closed loop), or the name or file of a plant;
+            parameters may be symbolic. One without states has outputs along the time and nothing else; `initial` is
+            () then.
         initial: states in SI: (n,) in order, or by name. Of a `Loop` the plant's states are enough: the controller's
             states start at 0 (a filter's covariance at its own), or where they or the estimates (`x_hat`) are named, as
             may be a driven input: what the drive holds before the first command. For N runs (N, n), by name (N,).
@@ -132,12 +135,14 @@ def _asked(given: Any) -> tuple[System, Loop | None]:
     """(system whose states `initial` names, the loop if it is one)."""
     if isinstance(given, Loop):
         return (given.plant if given.sampled else given.system), given
+    if isinstance(given, str | os.PathLike):
+        given = as_plant(given)
     system = given if isinstance(given, System) else getattr(given, "system", None)
     if not isinstance(system, System):
         raise SimulationError(
             f"simulate({type(given).__name__}, ...)",
             "it is neither a System nor a Loop.",
-            "Give a System, a Loop, or what has a .system.",
+            "Give a System, a Loop, what has a .system, or the name or file of a plant.",
         )
     return system, None
 

@@ -16,7 +16,7 @@ from ulna.page.report.hardware import hardware_rows
 from ulna.page.report.quantities import number_text, with_unit
 from ulna.plot import plot_trajectories, svg_text
 from ulna.report import Block, Cell, Picture, Section, Table, Text, verbatim
-from ulna.report.run_figures import RunFigures, figures_of, levels_of, without_dust
+from ulna.report.run_figures import RunFigures, figures_of, levels_of, ranges_left, without_dust
 from ulna.sim import Trajectory, simulate
 
 _TIMES = 1001
@@ -76,6 +76,7 @@ def _run(loop: Loop, found: Ran) -> Iterator[Block]:
         start = ", ".join(f"{s.name} = {with_unit(float(run[s.name][0]), s.unit)}" for s in loop.plant.states)
         note = f" {run.note}" if run.note else ""
         yield Text(text=verbatim(f"{label.capitalize()}, from {start}: {run.outcome.text}{note}"))
+        yield from (Text(text=verbatim(f"{label.capitalize()}: {told}")) for told in ranges_left(loop.plant, run))
     figures = found.figures[next(iter(found.runs))]
     runs = found.runs if len(found.runs) > 1 else {"": next(iter(found.runs.values()))}
     yield Picture(
