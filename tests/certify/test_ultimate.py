@@ -28,6 +28,7 @@ from ulna.certify import (
 from ulna.certify.processor.decay_sums import decay_sums
 from ulna.certify.processor.period_map import period_map
 from ulna.loop import EndStop, Hardware, Jitter, Loop, MeasurementNoise, Pwm, Quantiser, Saturation
+from ulna.page.region import region_of
 from ulna.program import tangents, to_numpy
 from ulna.system import system_from_mapping
 
@@ -66,6 +67,14 @@ def test_runs_end_within_what_the_encoder_leaves_open_and_the_second_program_agr
     again = read_certificate(tmp_path / "proof.json")
     assert asdict(again) == asdict(certificate)
     assert check(again).status is Status.PROVED
+
+
+def test_a_page_draws_the_box_in_which_runs_start(proved: Verdict) -> None:
+    drawn = region_of(proved.evidence["certificate"], _swing().plant)
+    [outline] = drawn["outlines"]
+    points = np.array(outline["points"])
+    center = np.array([drawn["rest"][name] for name in (outline["x"], outline["y"])])
+    assert np.abs(points - center).max(axis=0) == pytest.approx(list(BOX.values()))
 
 
 def test_no_run_contradicts_it(proved: Verdict) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from fractions import Fraction
 from itertools import combinations
 from typing import Any
 
@@ -9,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 from ulna.base import SimulationError, UlnaError
-from ulna.certify import Certificate
+from ulna.certify import Certificate, SampledCertificate
 from ulna.symbolic.compiling import batch_vector
 from ulna.symbolic.formulas import parse_formula
 from ulna.system import System
@@ -18,11 +20,11 @@ _DIRECTIONS, _FIRST, _GROWTH, _OUTWARDS, _HALVINGS = 96, 1e-3, 1.05, 320, 40
 """Rays from the point of rest; the first step along one, its growth and how many of them; halvings on the way back."""
 
 
-def region_of(certificate: Certificate, plant: System) -> dict[str, Any]:
+def region_of(certificate: Certificate | SampledCertificate, plant: System) -> dict[str, Any]:
     """For each pair of the plant's states the outline of V ≤ level with everything else at rest, and where that is.
 
     Along every ray from the point of rest V is followed to where it first leaves the level, so that all of what is
-    drawn belongs to the proved region.
+    drawn belongs to the proved region. Of a loop on its processor it is the box in which runs start.
 
     Raises:
         SimulationError: a certificate of other states, or one without a region.
@@ -31,6 +33,8 @@ def region_of(certificate: Certificate, plant: System) -> dict[str, Any]:
     if not set(names) <= set(certificate.states):
         found = f"it is about {', '.join(certificate.states)}; the plant has {', '.join(names)}."
         raise SimulationError(f"the certificate of '{certificate.name}'", found, "Prove the loop that is shown.")
+    if isinstance(certificate, SampledCertificate):
+        return _start_box(certificate, names)
     if not certificate.P or not certificate.level:
         return {"outlines": [], "rest": {}, "text": "Every start is proved to come to rest."}
     level, value, rest = _function(certificate)
@@ -40,6 +44,19 @@ def region_of(certificate: Certificate, plant: System) -> dict[str, Any]:
         outlines.append({"x": x, "y": y, "points": _edge(value, rest, places, level)})
     text = "From inside the green line, all else at rest, every run is proved to come to rest."
     return {"outlines": outlines, "rest": dict(zip(certificate.states, map(float, rest), strict=True)), "text": text}
+
+
+def _start_box(certificate: SampledCertificate, names: Sequence[str]) -> dict[str, Any]:
+    # The plant's states come first, then the memory of the processor.
+    rest = {name: float(Fraction(certificate.center[k])) for k, name in enumerate(certificate.states)}
+    sides = {name: float(Fraction(certificate.start[k])) for k, name in enumerate(certificate.states)}
+    corners = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))
+    outlines = [
+        {"x": x, "y": y, "points": [[rest[x] + a * sides[x], rest[y] + b * sides[y]] for a, b in corners]}
+        for x, y in combinations(names, 2)
+    ]
+    text = "From inside the green box, the processor's memory at rest, every run is proved to end near rest."
+    return {"outlines": outlines, "rest": rest, "text": text}
 
 
 def _function(certificate: Certificate) -> tuple[float, Any, np.ndarray]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ulna.base import SimulationError, UlnaWarning, whole_file
-from ulna.certify import Certificate
+from ulna.certify import Certificate, SampledCertificate
 from ulna.loop import Loop
 from ulna.page.document import page_text
 from ulna.page.facts import parameter_values
@@ -47,7 +47,7 @@ def studio(
     initial: Any = None,
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, float] | None = None,
-    certificate: Certificate | None = None,
+    certificate: Certificate | SampledCertificate | None = None,
     paused: bool = False,
     check: float = 2.0,
     source: SetPointSource | None = None,
@@ -104,7 +104,7 @@ def studio_text(
     initial: Any = None,
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, float] | None = None,
-    certificate: Certificate | None = None,
+    certificate: Certificate | SampledCertificate | None = None,
     paused: bool = False,
     check: float = 2.0,
     poles: bool = True,
@@ -175,7 +175,7 @@ def _replay_text(
     names: Sequence[str],
     fixed: Mapping[str, Any],
     *,
-    certificate: Certificate | None,
+    certificate: Certificate | SampledCertificate | None,
     paused: bool,
 ) -> str:
     """The page of one recorded run."""
