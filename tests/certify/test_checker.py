@@ -84,7 +84,7 @@ def test_coordinates_must_come_back() -> None:
 
 
 def test_an_equilibrium_must_be_there_and_alone() -> None:
-    _refused("the slope at the equilibrium, is singular", rates=("-x**3",))
+    _refused("the Jacobian at the equilibrium, is singular", rates=("-x**3",))
     _refused("no equilibrium is proved", rates=("-x - 1/1000",))
 
 
@@ -113,10 +113,10 @@ def test_a_state_driven_by_a_decaying_error_is_right() -> None:
     ("given", "reason"),
     [
         ({"rates": ("-w + 3*e", "-e")}, "V is not proved to fall"),
-        ({"rates": ("-w + e", "e")}, "the errors' part of V does not fall"),
+        ({"rates": ("-w + e", "e")}, "the errors' part of V does not decrease"),
         ({"rates": ("-w + e", "-e - e**3")}, "the errors are not linear"),
         ({"rates": ("-w + e", "-e - w/9")}, "the errors are not linear"),
-        ({"still_closed": ("-2*w",)}, "the loop without errors is another one"),
+        ({"still_closed": ("-2*w",)}, "the loop without errors differs"),
         ({"P": (("1", "1/9"), ("1/9", "1"))}, "P is not block diagonal"),
         ({"center": ("0", "1/9")}, "no equilibrium is proved"),
     ],

@@ -264,11 +264,11 @@ def test_roots_on_the_left_are_seen_by_both_programs(coefficients: list[float], 
     ("parameters", "reason"),
     [
         ({}, "no parameter is named"),
-        ({"m2": 4}, "4 is not a lowest and a highest value"),
-        ({"m2": (4,)}, "is not a lowest and a highest value"),
-        ({"m2": "4..5"}, "is not a lowest and a highest value"),
-        ({"m2": (5, 4)}, "5 to 4 is no range"),
-        ({"m2": (0, float("inf"))}, "is no range of finite numbers"),
+        ({"m2": 4}, "4 is not a pair of a lower and an upper bound"),
+        ({"m2": (4,)}, "is not a pair of a lower and an upper bound"),
+        ({"m2": "4..5"}, "is not a pair of a lower and an upper bound"),
+        ({"m2": (5, 4)}, "5 to 4 is not a range"),
+        ({"m2": (0, float("inf"))}, "is not a range of finite numbers"),
     ],
 )
 def test_parameters_without_bounds_are_refused(parameters: Any, reason: str) -> None:

@@ -98,7 +98,7 @@ def test_a_verdict_is_no_mistake(plant: str) -> None:
         ([*LAW, "--within", "angle=1"], "the loop has no such state. Known: q, p"),
         ([*LAW, "--over", "drag=1"], "--over 'drag=1': it has no bounds. Write --over \"drag=4..5\" or"),
         ([*LAW, "--over", "mass=1..2"], "there is no parameter 'mass'. Known: drag"),
-        ([*LAW, "--over", "drag=2..1"], "2 to 1 is no range of finite numbers"),
+        ([*LAW, "--over", "drag=2..1"], "2 to 1 is not a range of finite numbers"),
         ([*LAW, "--over", "drag=1..20"], "drag"),
         ([*LAW, "--over", "drag=1..2", "--global"], "--global with --over: these are 2 claims"),
         ([*LAW, "--set-point", "--reference", "y=sin(t)"], "it moves, and the proof is about rest"),

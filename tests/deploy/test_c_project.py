@@ -228,7 +228,7 @@ def test_absurd_periods_and_names_that_c_does_not_have_are_refused(tmp_path: Pat
     with pytest.raises(DeployError, match="shorter than a step takes on any processor"):
         c_project(hasty, tmp_path / "c")
     for name in ("int main", "double", "2nd"):
-        with pytest.raises(DeployError, match=f"library '{name}': this cannot be a name in C"):
+        with pytest.raises(DeployError, match=f"library '{name}': it is not a valid name in C"):
             c_project(loop, tmp_path / "c", name=name)
     assert not list(tmp_path.iterdir())
 

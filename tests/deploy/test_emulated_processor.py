@@ -88,7 +88,7 @@ def test_what_a_call_costs_is_counted_and_stands_in_the_readme(tmp_path: Path) -
 
 def test_what_cannot_be_counted_is_refused_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     loop = arm_loops()["states"]
-    with pytest.raises(DeployError, match="target 'generic': it is no particular processor"):
+    with pytest.raises(DeployError, match="target 'generic': it is not a particular processor"):
         c_project(loop, tmp_path / "c", measure=True)
     made = c_project(loop, tmp_path / "wrong", target="cortex-m4f")
     test = tmp_path / "wrong" / "self_test.c"

@@ -195,11 +195,11 @@ def test_what_users_wrote_is_text_in_the_description(tmp_path: Path) -> None:
 
 def test_what_no_fmu_can_be_is_refused_in_one_line(tmp_path: Path) -> None:
     loop, place = arm_loops()["paper"], tmp_path / "x.fmu"
-    with pytest.raises(DeployError, match="FMI 1: FMI 2.0 and 3.0 are known"):
+    with pytest.raises(DeployError, match="FMI 1: FMI 2.0 and 3.0 are supported"):
         fmu(loop, place, version=1)
     with pytest.raises(DeployError, match="no processor"):
         fmu(Loop(plant=loop.plant, controller=loop.controller), place)
-    with pytest.raises(DeployError, match="steps=0: at least one step"):
+    with pytest.raises(DeployError, match="steps=0: expected at least one step"):
         fmu(loop, place, steps=0)
     assert loop.hardware is not None
     late = replace(loop.hardware, clock=Jitter(width=1e-4))

@@ -86,7 +86,7 @@ def test_the_table_is_read_back(best):
         (["m3"], {}, "parameter 'm3'"),
         (["m2"], {"limits": {"i": 1.0}}, "'u' has no limit"),
         (["m2"], {"limits": {"u": 6, "v": 1}}, "limit of 'v'"),
-        (["m2"], {"limits": {"u": (6, -6)}}, "leaves nothing between"),
+        (["m2"], {"limits": {"u": (6, -6)}}, "6 to -6 is empty"),
         (["m2"], {"limits": {"u": 6, "theta": 0.1}}, "the start, 1.5708"),
         (["m2"], {"initial": {"angle": 1}}, "initial state 'angle'"),
         (["m2"], {"noise": {"y": 0}}, "not positive"),

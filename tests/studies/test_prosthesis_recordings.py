@@ -147,7 +147,7 @@ def _with(line: int, text: str) -> list[str]:
 @pytest.mark.parametrize(
     ("lines", "options", "words"),
     [
-        (_with(40, "0.038,high,0"), {}, ["line 40, column 2 (flexor)", "'high'", "Mend"]),
+        (_with(40, "0.038,high,0"), {}, ["line 40, column 2 (flexor)", "'high'", "Correct"]),
         (_with(40, "0.038,1e400,0"), {}, ["line 40, column 2", "'1e400' is not a number"]),
         (_with(40, "0.038,1e99999999999,0"), {}, ["line 40, column 2"]),
         (_with(40, "0.038,1"), {}, ["line 40 has 2 columns", "3"]),

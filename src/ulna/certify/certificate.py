@@ -192,15 +192,15 @@ def read_certificate(path: str | os.PathLike[str]) -> Certificate | SampledCerti
     except (ValueError, RecursionError):
         raise CertifyError(f"the certificate '{place}'", "it is not JSON: damaged or cut off.") from None
     if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise CertifyError(f"the certificate '{place}'", f"it is not of format {FORMAT}.", "Prove the claim anew.")
+        raise CertifyError(f"the certificate '{place}'", f"it is not of format {FORMAT}.", "Prove the claim again.")
     data.pop("format")
     if data.pop("digest", None) != _digest(data):
         found = "it was changed since it was written: its digest is another one."
-        raise ChangedError(f"the certificate '{place}'", found, "Prove the claim anew.")
+        raise ChangedError(f"the certificate '{place}'", found, "Prove the claim again.")
     try:
         return _sampled_of(data) if data["theorem"] == SAMPLED else _of(data)
     except (KeyError, TypeError, ValueError, AttributeError):
-        raise CertifyError(f"the certificate '{place}'", "parts of it are missing or of another kind.") from None
+        raise CertifyError(f"the certificate '{place}'", "parts of it are missing or have the wrong type.") from None
 
 
 _ROWS = ("states", "rates", "limited", "lower", "upper", "coordinates", "forward", "inverse", "closed")

@@ -52,10 +52,10 @@ class StableWithin:
 
     def __post_init__(self) -> None:
         if not self.box:
-            raise CertifyError("StableWithin(box={})", "the box has no side.", "Give StableWithin(box={'theta': 0.5}).")
+            raise CertifyError("StableWithin(box={})", "the box is empty.", "Give StableWithin(box={'theta': 0.5}).")
         for name, size in self.box.items():
             if not (0 <= size < math.inf):
-                raise CertifyError(f"the box of '{name}'", f"{size} is not a number from 0 on.")
+                raise CertifyError(f"the box of '{name}'", f"it is {size}, expected a finite number of at least 0.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,11 +95,11 @@ class Over:
             except (TypeError, ValueError):
                 raise CertifyError(
                     asked,
-                    f"{bounds!r} is not a lowest and a highest value.",
+                    f"{bounds!r} is not a pair of a lower and an upper bound.",
                     f"Give both bounds: Over(parameters={{'{name}': (4, 5)}}).",
                 ) from None
             if not (-math.inf < low <= high < math.inf):
-                found = f"{low:g} to {high:g} is no range of finite numbers."
+                found = f"{low:g} to {high:g} is not a range of finite numbers."
                 raise CertifyError(asked, found, "Give the lower bound first.")
 
     @property
@@ -127,7 +127,7 @@ class UltimateBound:
     def __post_init__(self) -> None:
         for name, size in self.box.items():
             if not (0 <= size < math.inf):
-                raise CertifyError(f"the box of '{name}'", f"{size} is not a number from 0 on.")
+                raise CertifyError(f"the box of '{name}'", f"it is {size}, expected a finite number of at least 0.")
 
 
 Claim = Region | StableWithin | GloballyStable | Over | UltimateBound

@@ -115,7 +115,7 @@ def identify(
 
     for flag, place in (("--out", out), ("--page", page)):
         if place is not None and not place.absolute().parent.is_dir():
-            raise SimulationError(f"{flag} '{place}'", "its folder does not exist.", "Make it first.")
+            raise SimulationError(f"{flag} '{place}'", "its folder does not exist.", "Create it first.")
     system = plant_of(plant)
     records, others = (_read(each, reading) for each in (logs, held_out or []))
     with progress(f"fitting '{system.name}'"):

@@ -78,7 +78,7 @@ def prove(
     from ulna.certify import prove as proved
 
     if out is not None and not out.absolute().parent.is_dir():
-        raise SimulationError(f"--out '{out}'", "its folder does not exist.", "Make it first.")
+        raise SimulationError(f"--out '{out}'", "its folder does not exist.", "Create it first.")
     given = [name for name, value in (("--global", everywhere), ("--within", within), ("--over", over)) if value]
     _check_together(given, plot, plane, sampled=hardware.sampled)
     system = plant_in_file(plant)

@@ -62,7 +62,7 @@ def studio(
     from ulna.page import studio as write
 
     if out is not None and not out.absolute().parent.is_dir():
-        raise SimulationError(f"--out '{out}'", "its folder does not exist.", "Make it first.")
+        raise SimulationError(f"--out '{out}'", "its folder does not exist.", "Create it first.")
     if (replay is None) != (number is None):
         raise SimulationError(
             "--replay and --run", "one of them is missing.", "Give the folder of a sweep and a number."

@@ -92,7 +92,9 @@ def compare(
     fixed = None if written.fixed is None else fixed_firmware(loop, written.fixed, name=written.name, initial=own)
     made = firmware(loop, name=written.name, precision=precision, initial=own)
     if made.hardware.missed is not None:
-        raise DeployError("a comparison", "the loop has missed samples, which no record tells.", "Leave them out.")
+        raise DeployError(
+            "a comparison", "the loop has missed samples, which a record does not show.", "Leave them out."
+        )
     double = firmware(loop, precision=Precision.DOUBLE)
     period = double.loop.fit({}).period
     point = starting_point(loop.plant).numbers

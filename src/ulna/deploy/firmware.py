@@ -180,7 +180,7 @@ def in_precision(loop: Loop, precision: Precision) -> Loop:
 
 def _check_period(period: float) -> None:
     if period < SHORTEST:
-        found = f"{period:g} s are fewer than {SHORTEST:g} s, shorter than a step takes on any processor."
+        found = f"{period:g} s is less than {SHORTEST:g} s, shorter than a step takes on any processor."
         raise DeployError(f"firmware with a period of {period:g} s", found, "Give the period in seconds.")
 
 
@@ -202,7 +202,7 @@ def _without_idle(kernel: Kernel, memory: list[str]) -> tuple[Kernel, list[str]]
 def _library_name(given: str, plant: str) -> str:
     """The name that was asked for, else one made of the plant's."""
     if given and c_name(given) != given:
-        raise DeployError(f"library '{given}'", "this cannot be a name in C.", f"Write '{c_name(given)}', say.")
+        raise DeployError(f"library '{given}'", "it is not a valid name in C.", f"Write '{c_name(given)}', say.")
     return given or c_name(plant).lower()
 
 

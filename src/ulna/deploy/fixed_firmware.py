@@ -240,7 +240,7 @@ def _ranges(made: Firmware, fixed: FixedPoint, seen: Mapping[str, tuple[float, f
             if not (abs(low) + abs(high) < LARGEST):
                 raise DeployError(
                     f"the range of '{signal.name}' in fixed point",
-                    "none is stated, and the rehearsed run from near the operating point does not keep to any.",
+                    "none is stated, and the rehearsed run near the operating point does not stay within any.",
                     f"State it: FixedPoint(ranges={{'{signal.name}': (-1.0, 1.0)}}), say.",
                 )
             origin = "four times a rehearsed run"
@@ -324,6 +324,6 @@ def _program(kernel: Kernel, made: Firmware, known: Mapping[str, Format], fixed:
     bounds = formats[slot]
     raise DeployError(
         f"the memory '{made.memory[slot]}' in fixed point",
-        f"its range grows from sample to sample, [{bounds.lower:.3g}, {bounds.upper:.3g}] by now.",
+        f"its range grows from sample to sample and has reached [{bounds.lower:.3g}, {bounds.upper:.3g}].",
         "Use single precision.",
     )

@@ -29,13 +29,13 @@ class FixedPoint:
 
     def __post_init__(self) -> None:
         if self.factor not in (16, 32):
-            raise DeployError(f"FixedPoint(factor={self.factor})", "a factor has 32 or 16 bits.")
+            raise DeployError(f"FixedPoint(factor={self.factor})", "expected 32 or 16 bits.")
         for name, (low, high) in self.ranges.items():
             if not (-math.inf < low < high < math.inf):
                 raise DeployError(
                     f"the range of '{name}'",
-                    f"{low:g} to {high:g} is none.",
-                    "Give a finite lower end, then the upper.",
+                    f"{low:g} to {high:g} is not a finite range.",
+                    "Give a finite lower end and a larger finite upper end.",
                 )
 
     @property

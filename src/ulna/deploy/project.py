@@ -94,7 +94,7 @@ def c_project(
     place = Path(folder)
     _check_free(place)
     if arithmetic is not None and precision is not None:
-        raise DeployError(f"precision '{kind}' and FixedPoint(...)", "both say what numbers are.", "Leave one out.")
+        raise DeployError(f"precision '{kind}' and FixedPoint(...)", "both choose the number format.", "Leave one out.")
     fixed = None if arithmetic is None else fixed_firmware(loop, arithmetic, name=name, initial=initial)
     made = firmware(loop, name=name, precision=kind, initial=initial) if fixed is None else fixed.made
     rows = rehearsal(made, VECTORS)

@@ -71,7 +71,7 @@ def parameter_values(system: System, given: Mapping[str, float] | None) -> dict[
     if missing:
         raise PlantError(
             f"a page of '{system.name}'",
-            f"parameters without a value: {', '.join(missing)}; a picture moves by numbers.",
+            f"parameters without a value: {', '.join(missing)}; a simulation needs numbers.",
             f"Give them: parameters={{'{missing[0]}': ...}}, or --set {missing[0]}=1.",
         )
     return {

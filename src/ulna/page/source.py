@@ -53,7 +53,7 @@ def add_source(made: Program, facts: dict[str, Any], source: SetPointSource, loo
     system, period = source.system, loop.fit({}).period
     asked = f"source '{system.name}' of set points"
     if system.period is None or abs(float(system.period) - period) > 1e-9 * period:
-        raise SimulationError(asked, f"it has {system.time_text}, the loop {period:g} s.", "Give both one period.")
+        raise SimulationError(asked, f"it has {system.time_text}, the loop {period:g} s.", "Give both the same period.")
     given = {each["name"]: each["given"] for each in facts["references"]}
     moved = [s.name for s in system.outputs if s.name in given]
     if not moved:

@@ -64,7 +64,7 @@ def sampled_vector(loop: Loop, places: Mapping[str, int], begin: Begin, seconds:
     """
     period = loop.fit({}).period
     if seconds / period > MOST_SAMPLES:
-        found = f"{seconds:g} s have {seconds / period:.3g} samples, of which {MOST_SAMPLES:.0e} at most are recorded."
+        found = f"{seconds:g} s are {seconds / period:.3g} samples; at most {MOST_SAMPLES:.0e} are recorded."
         raise SimulationError("the recorded run of a page", found, "Sample more slowly, or record less.")
     samples = max(1, round(seconds / period))
     noise = _noise(loop, samples)
@@ -120,13 +120,13 @@ def continuous_vector(system: System, loop: Loop | None, begin: Begin, period: f
         UlnaError: what `simulate` raises.
     """
     if seconds / period > MOST_SAMPLES:
-        found = f"{seconds:g} s have {seconds / period:.3g} samples, of which {MOST_SAMPLES:.0e} at most are recorded."
+        found = f"{seconds:g} s are {seconds / period:.3g} samples; at most {MOST_SAMPLES:.0e} are recorded."
         raise SimulationError("the recorded run of a page", found, "Sample more slowly, or record less.")
     samples = max(1, round(seconds / period))
     times = period * np.arange(samples + 1)
     run = simulate(loop or system, begin.states, times, inputs=begin.inputs, parameters=begin.parameters, throw=False)
     if len(run.times) < 2:
-        raise UlnaError(f"a recorded run of '{system.name}'", "it ends where it begins.")
+        raise UlnaError(f"a recorded run of '{system.name}'", "it ends at its start.")
     slots = {f"x{k}": run.states[:, k] for k in range(len(system.states))}
     last = len(run.times) - 1 if run.outcome.name == "FINISHED" else max(1, len(run.times) - 2)
     # What runs away doubles every difference, too.

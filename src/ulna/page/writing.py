@@ -185,7 +185,7 @@ def _replay_text(
     given = [name for name, value in fixed.items() if value]
     if given:
         found = "a recorded run has its own."
-        raise SimulationError(f"studio({given[0]}=...)", found, "Leave it out, or give the loop to move it anew.")
+        raise SimulationError(f"studio({given[0]}=...)", found, "Leave it out, or give the loop to run it again.")
     run = runs[0]
     region = None if certificate is None else region_of(certificate, plant_of(run))
     payload = replay_payload(run, title=names[0] if names else "run", region=region, paused=paused)
@@ -198,12 +198,12 @@ def _replay_text(
 def _one_plant(bodies: Sequence[Loop]) -> System:
     if not 1 <= len(bodies) <= MOST_LOOPS:
         found = f"{len(bodies)} loops."
-        raise SimulationError("studio(...)", found, f"Give at least one, and {MOST_LOOPS} at most side by side.")
+        raise SimulationError("studio(...)", found, f"Give one to {MOST_LOOPS} loops.")
     plant = bodies[0].plant
     for body in bodies[1:]:
         if [s.name for s in body.plant.states] != [s.name for s in plant.states]:
             found = f"'{plant.name}' and '{body.plant.name}' have different states."
-            raise SimulationError("studio(...)", found, "Side by side stand loops of one plant.")
+            raise SimulationError("studio(...)", found, "Loops shown side by side must have the same plant.")
     return plant
 
 

@@ -197,7 +197,7 @@ class SeriesRules:
         base, exponent = (self.series[operand] for operand in operands)
         if any(coefficient is not None for coefficient in exponent[1 : k + 1]):
             raise UlnaError(
-                f"Lie derivatives of '{self.field.name}'", "an exponent moves.", "Write it with exp and log."
+                f"Lie derivatives of '{self.field.name}'", "an exponent varies.", "Write it with exp and log."
             )
         total: int | None = None
         for j in range(1, k + 1):

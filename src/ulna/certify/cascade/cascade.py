@@ -116,7 +116,7 @@ def _matrix(rates: tuple[sp.Expr, ...], symbols: tuple[sp.Symbol, ...]) -> sp.Ma
     slopes = sp.Matrix(list(rates)).jacobian(list(symbols)) if rates else sp.zeros(0, 0)
     curved = next((rate for rate, row in zip(rates, slopes.tolist(), strict=True) if sp.Matrix(row).free_symbols), None)
     if curved is not None:
-        raise NotByThisTheoremError(f"no coordinates are known in which the loop is linear: a rate is {curved}")
+        raise NotByThisTheoremError(f"no coordinates were found in which the loop is linear: a rate is {curved}")
     return slopes
 
 
@@ -133,7 +133,7 @@ def _decaying(matrix: sp.Matrix, what: str) -> tuple[sp.Matrix, sp.Rational]:
         S = -(matrix.T * P + P * matrix + 2 * rate * P)
         if _definite(P) and _definite(S):
             return P, rate
-    raise NotByThisTheoremError(f"no quadratic form is found that shows that {what} decay")
+    raise NotByThisTheoremError(f"no quadratic form was found that shows that {what} decay")
 
 
 def _definite(S: sp.Matrix) -> bool:

@@ -91,7 +91,7 @@ class Growth:
             raise UnboundedError(f"{e.base}, under a root, is not shown to be positive")
         if e.exp < 0:
             if not (low > 0 or high < 0):
-                raise UnboundedError(f"{e.base}, by which is divided, is not shown to differ from 0")
+                raise UnboundedError(f"the divisor {e.base} is not shown to differ from 0")
             low, high = _reciprocal(high), _reciprocal(low)
         power = abs(e.exp)
         if not power.is_Integer:
@@ -131,7 +131,7 @@ class Growth:
             return self.bound(e.base) + 1
         if isinstance(e, sp.asinh):
             return self.bound(e.args[0])
-        raise UnboundedError(f"{e} grows faster than a polynomial that is known here")
+        raise UnboundedError(f"{e} grows faster than any polynomial bound that was found")
 
 
 def enclosure(e: sp.Expr) -> Range:
@@ -141,7 +141,7 @@ def enclosure(e: sp.Expr) -> Range:
         return value, value
     found = exact_ball(e)
     if not found.is_finite():
-        raise UnboundedError(f"{e} is not a number that is known here")
+        raise UnboundedError(f"{e} is not a supported number")
     return _fraction(found.lower()), _fraction(found.upper())
 
 

@@ -102,7 +102,7 @@ def inverse(matrix: list[list[Fraction]]) -> list[list[Fraction]]:
     for k in range(n):
         pivot = next((i for i in range(k, n) if rows[i][k] != 0), None)
         if pivot is None:
-            raise NotRightError("P, or the slope at the equilibrium, is singular")
+            raise NotRightError("P, or the Jacobian at the equilibrium, is singular")
         rows[k], rows[pivot] = rows[pivot], rows[k]
         rows[k] = [value / rows[k][k] for value in rows[k]]
         for i in range(n):
@@ -225,7 +225,7 @@ def dual_of_function(e: Any, known: dict[sp.Symbol, Dual], shared: dict[sp.Expr,
     """A function of one argument."""
     name = e.func.__name__
     if name not in _FUNCTIONS or len(e.args) != 1:
-        raise NotRightError(f"{name} is not a function that is known here")
+        raise NotRightError(f"the function {name} is not supported")
     inner = dual(e.args[0], known, shared)
     return chained(inner, *_FUNCTIONS[name](inner.value))
 

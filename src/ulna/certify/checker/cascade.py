@@ -172,11 +172,11 @@ def _product(parts: Sequence[Grown]) -> Grown:
 def _power(base: Grown, power: Fraction, e: Any) -> Grown:
     low, high, whole = base.low, base.high, power.denominator == 1
     if not whole and not low > 0:
-        raise NotRightError(f"{e} is a root of what may not be positive")
+        raise NotRightError(f"{e} is a root of what is not shown to be positive")
     if power < 0:
         below = _power(base, -power, e)
         if not (below.low > 0 or below.high < 0):
-            raise NotRightError(f"{e} divides by what may be 0")
+            raise NotRightError(f"{e} divides by what is not shown to differ from 0")
         # 1/x is bounded, so its slope grows as that of x.
         return Grown(_over(below.high), _over(below.low), 0, below.slopes)
     if not whole:

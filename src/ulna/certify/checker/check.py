@@ -99,7 +99,7 @@ class _Checker:
         if given.theorem == OVER:
             return
         if not len(given.center) == len(given.P) == self.n:
-            raise NotRightError("coordinates, center and P are not of one size")
+            raise NotRightError("coordinates, center and P differ in size")
         self.center = [fraction(v) for v in given.center]
         exact = [[fraction(v) for v in row] for row in given.P]
         if any(len(row) != self.n for row in exact):
@@ -154,9 +154,9 @@ class _Checker:
         """Where it is not shown that all runs converge."""
         given = self.given
         if given.limited or given.box:
-            return "a loop with limits, or a box, is not what the theorem of cascades speaks of"
+            return "the theorem of cascades does not cover a loop with limits, or a box"
         if not self._comes_back():
-            return "T⁻¹(T(x)) is not x, so nothing is known of all of x"
+            return "T⁻¹(T(x)) is not x, so nothing is known about all x"
         return Everywhere(
             symbols=self.loop.symbols,
             outer=self.k,
@@ -171,7 +171,7 @@ class _Checker:
         """Where stability at rest is not shown for all values of the parameters."""
         given = self.given
         if given.box or self.k < self.n:
-            return "a box, or errors, are not what the theorem over parameters speaks of"
+            return "the theorem over parameters does not cover a box, or errors"
         return OverParameters(
             loop=self.loop,
             size=self.n,
@@ -209,7 +209,7 @@ class _Checker:
         if not all(vanishes(t.xreplace(there) - symbol) for t, symbol in zip(forward, z, strict=True)):
             return "T(T⁻¹(ζ)) is not ζ"
         if not all(vanishes(a.xreplace(there) - b) for a, b in zip(commands, self.loop.commands, strict=True)):
-            return "a command is another one in the coordinates"
+            return "a command differs in the coordinates"
         moved = sp.Matrix(forward).jacobian(x) * sp.Matrix(rates)
         for i, rate in enumerate(moved):
             same = self.loop.closed[i] + sp.Add(
@@ -224,7 +224,7 @@ class _Checker:
             for a, b in zip(self.loop.gains[: self.k], self.still.gains, strict=True):
                 pairs += zip(a, b, strict=True)
             if not all(vanishes(a.xreplace(gone) - b) for a, b in pairs):
-                return "the loop without errors is another one"
+                return "the loop without errors differs"
         return ""
 
     def _comes_back(self) -> bool:
@@ -247,7 +247,7 @@ class _Checker:
         R = [[self.P[k + i][k + j] for j in range(n - k)] for i in range(n - k)]
         half = [[sum((R[i][m] * A[m][j] for m in range(n - k)), arb(0)) for j in range(n - k)] for i in range(n - k)]
         self.decay = [[-(half[i][j] + half[j][i]) for j in range(n - k)] for i in range(n - k)]
-        return "" if all(pivot > 0 for pivot in pivots(self.decay)) else "the errors' part of V does not fall"
+        return "" if all(pivot > 0 for pivot in pivots(self.decay)) else "the errors' part of V does not decrease"
 
     # ---------------------------------------------------------------------------------------------------- boxes
 
@@ -257,7 +257,7 @@ class _Checker:
         if not given.box:
             return ""
         if not self._comes_back():
-            return "T⁻¹(T(x)) is not x, so a box of x says nothing"
+            return "T⁻¹(T(x)) is not x, so a box of x proves nothing"
         if unknown := [name for name in given.box if name not in given.states]:
             return f"the box has a side '{unknown[0]}', which is not a state"
         at = {s: Dual(v, []) for s, v in zip(self.loop.symbols, point, strict=True)}
@@ -295,7 +295,7 @@ class _Checker:
                     return "the tree halves a coordinate that is not there"
                 stack += halves(box, axis)
             elif word != ".":
-                return "the tree has a word that is not known"
+                return "the tree has an unknown word"
             elif not self._settled(point, box):
                 names = self.given.coordinates
                 shown = ", ".join(f"{n}: {float(c):.4g} ± {float(h):.2g}" for n, (c, h) in zip(names, box, strict=True))

@@ -136,12 +136,12 @@ def names_wrong(given: Certificate) -> str:
     """What does not fit among states, coordinates, wires, limits and parameters."""
     n = len(given.coordinates)
     if not 0 < given.outer <= n == len(given.states):
-        return "states and coordinates are not of one size"
+        return "states and coordinates differ in number"
     names = [*given.states, *(row[0] for row in (*given.wires, *given.parameters) if row)]
     if len(set(names)) != len(names) or len(set(given.coordinates)) != n:
         return "names of states, wires and parameters are not all different"
     if any(len(wire) != 2 for wire in given.wires) or not {*given.limited} <= {wire[0] for wire in given.wires}:
-        return "a limited signal is no wire"
+        return "a limited signal is not a wire"
     if not len(given.limited) == len(given.lower) == len(given.upper):
         return "a limited signal has no limits"
     if any(len(row) != 3 for row in given.parameters) or (given.theorem == OVER) != bool(given.parameters):

@@ -59,7 +59,7 @@ class OverParameters:
     def reason(self) -> str:
         """Empty where the claim is shown; else what is not."""
         if not self.bounds or any(low > high for low, high in self.bounds):
-            return "the bounds of the parameters are no ranges"
+            return "the bounds of the parameters are not ranges"
         z = self.loop.symbols[: self.size]
         self.coefficients = characteristic([[sp.diff(e, s) for s in z] for e in self.loop.closed])
         stack: list[Box] = [[((low + high) / 2, (high - low) / 2) for low, high in self.bounds]]
@@ -71,7 +71,7 @@ class OverParameters:
             if word.startswith("/") and 0 <= int(word[1:]) < len(box):
                 stack += halves(box, int(word[1:]))
             elif word != ".":
-                return "the tree has a word that is not known"
+                return "the tree has an unknown word"
             elif wrong := self._unstable(box, next(pieces, None)):
                 values = ", ".join(f"{float(middle):.4g} ± {float(half):.2g}" for middle, half in box)
                 return f"{wrong}: parameters {values}"
@@ -189,7 +189,7 @@ def solved(matrix: list[list[arb]], right: list[list[arb]]) -> list[list[arb]]:
     rows = [[*a, *b] for a, b in zip(_product(inverse, matrix), _product(inverse, right), strict=True)]
     for k in range(n):
         if not (rows[k][k] > 0 or rows[k][k] < 0):
-            raise NotRightError("the slope at the equilibrium is not shown to be regular")
+            raise NotRightError("the Jacobian at the equilibrium is not shown to be invertible")
         for i in range(n):
             if i != k:
                 factor = rows[i][k] / rows[k][k]

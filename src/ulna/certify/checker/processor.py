@@ -190,7 +190,7 @@ class Sampled:
                 each.value + wider * rate.value + around(Fraction(0), Fraction(1, 10**14)) * (1 + abs(each.value))
                 for each, rate in zip(x, rates, strict=True)
             ]
-        raise NotRightError("no box is found that runs do not leave within a period")
+        raise NotRightError("no box was found that no run leaves within a period")
 
     def _rates(self, box: Sequence[arb], held: list[Dual]) -> list[Dual]:
         width = len(self.own)
@@ -213,7 +213,7 @@ class Sampled:
         """
         n, count = self.n, int(self.given.powers)
         if not 0 < count <= MOST_POWERS:
-            raise NotRightError("the number of powers is out of range")
+            raise NotRightError("the number of powers is outside its range")
         A = fmpz_mat([row[:n] for row in self.whole])
         N = fmpz_mat([row[n:] for row in self.whole])
         power = fmpz_mat([[(int(i == j) << UNIT_BITS) for j in range(n)] for i in range(n)])

@@ -83,7 +83,7 @@ def _computed(
     if operation in _FLAT:
         return Moving(_flat(operation, [each.value for each in given]))
     raise CertifyError(
-        f"a proof for '{kernel.name}'", f"'{operation}' has no slope here.", "Write the controller without it."
+        f"a proof for '{kernel.name}'", f"'{operation}' has no derivative here.", "Write the controller without it."
     )
 
 

@@ -242,7 +242,7 @@ def _checked(loop: Loop, inputs: Mapping[str, Any]) -> Hardware:
             asked, "it has no processor.", "Give Hardware(period=...); without one ask for Region() or StableWithin()."
         )
     if loop.plant.discrete:
-        raise CertifyError(asked, "its plant moves in difference equations.", "Give a plant in continuous time.")
+        raise CertifyError(asked, "its plant is in discrete time.", "Give a plant in continuous time.")
     present = {
         "noise, which has no largest value": hardware.noise,
         "a drive other than the voltage itself": hardware.drive,
@@ -253,12 +253,12 @@ def _checked(loop: Loop, inputs: Mapping[str, Any]) -> Hardware:
     }
     for what, given in present.items():
         if given:
-            raise CertifyError(asked, f"it has {what}, of which this theorem does not speak.", "Leave that out.")
+            raise CertifyError(asked, f"it has {what}, which this theorem does not cover.", "Leave it out.")
     missing = [p.name for p in loop.plant.parameters if p.value is None]
     if missing:
         raise CertifyError(asked, f"parameters without a value: {', '.join(missing)}.", "Give them values.")
     if any(d.implicit for d in loop.plant.definitions):
-        raise CertifyError(asked, "some of its definitions are equations to be solved.", "Solve them by hand.")
+        raise CertifyError(asked, "some of its definitions are implicit equations.", "Solve them by hand.")
     known = [s.name for s in (*loop.references, *loop.disturbances)]
     unknown = [name for name in inputs if name not in known]
     if unknown:

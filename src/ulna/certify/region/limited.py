@@ -85,7 +85,7 @@ def limited_loop(loop: Loop, inputs: Mapping[str, Any], kept: Sequence[str] = ()
         raise CertifyError(
             f"a proof for the loop of '{loop.plant.name}'",
             "it is a system of difference equations, for which there is no theorem here yet.",
-            "Ask `analyse` for its eigenvalues: with all |λ| < 1 it is stable near its rest point.",
+            "Ask `analyse` for its eigenvalues: with all |λ| < 1 its equilibrium is stable.",
         )
     _check_kept(system, kept)
     missing = [p.name for p in system.parameters if p.value is None and p.name not in kept]
@@ -99,7 +99,7 @@ def limited_loop(loop: Loop, inputs: Mapping[str, Any], kept: Sequence[str] = ()
         raise CertifyError(f"the input '{unknown[0]}'", f"'{system.name}' has no such input.", f"Known: {known}.")
     if any(d.implicit for d in system.definitions):
         raise CertifyError(
-            f"a proof for '{system.name}'", "some of its definitions are equations to be solved.", "Solve them by hand."
+            f"a proof for '{system.name}'", "some of its definitions are implicit equations.", "Solve them by hand."
         )
     values = {symbol: value for symbol, value in system.values.items() if symbol.name not in kept}
     held = {s.symbol: exact(inputs.get(s.name, 0)) for s in system.inputs} | values
@@ -129,7 +129,7 @@ def _opened(
     for name in limits:
         wire = shown.get(name)
         if wire not in formulas:
-            raise CertifyError(f"the limit of '{name}'", "the closed loop has no wire of this name.")
+            raise CertifyError(f"the limit of '{name}'", "the closed loop has no signal of this name.")
         sources |= dict.fromkeys((s for s, e in formulas.items() if e == formulas[wire]), wire)
     wires: list[tuple[sp.Symbol, sp.Expr]] = []
     for symbol, formula in formulas.items():

@@ -164,7 +164,7 @@ class Ellipsoid:
             product = R * A
             S = -(product + product.transpose())
             if not definite(-S, self.basis[k:, k:]):
-                raise CertifyError("the errors' part", "its quadratic form does not fall.")
+                raise CertifyError("the errors' part", "its quadratic form does not decrease along the motion.")
             self._decay = S.inv()
         return self._decay
 

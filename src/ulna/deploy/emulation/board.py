@@ -44,7 +44,9 @@ def run_on_board(target: Target, sources: Sequence[Path], *, flags: Sequence[str
     """
     if target.board is None:
         raise DeployError(
-            f"a run on target '{target.name}'", "it is no particular processor.", "Name one: target='cortex-m4f', say."
+            f"a run on target '{target.name}'",
+            "it is not a particular processor.",
+            "Name one: target='cortex-m4f', say.",
         )
     compiler, emulator = _program(target.compiler), _program(EMULATOR)
     place = files("ulna.deploy.emulation")

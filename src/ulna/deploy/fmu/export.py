@@ -77,7 +77,7 @@ def fmu(
     """
     place, kind = Path(path), FmuPart(part)
     if version not in (2, 3):
-        raise DeployError(f"FMI {version}", "FMI 2.0 and 3.0 are known.", "Give version=3 or version=2.")
+        raise DeployError(f"FMI {version}", "FMI 2.0 and 3.0 are supported.", "Give version=3 or version=2.")
     if place.exists():
         raise DeployError(f"the file '{place}'", "it exists already.", "Name a new one, or remove it.")
     model = _model(loop, kind, dict(initial or {}), steps, step)
@@ -101,10 +101,10 @@ def fmu(
 
 def _model(loop: Loop, part: FmuPart, initial: Mapping[str, float], steps: int | None, step: float) -> Model:
     if steps is not None and steps < 1:
-        raise DeployError(f"steps={steps}", "at least one step is needed.", "Leave it out.")
+        raise DeployError(f"steps={steps}", "expected at least one step.", "Leave it out.")
     if part is FmuPart.PLANT:
         if not step > 0.0:
-            raise DeployError(f"step={step}", "it must be a positive time in s.", "Leave it out.")
+            raise DeployError(f"step={step}", "expected a positive time in s.", "Leave it out.")
         return plant_model(loop.plant, initial, step)
     return controller_model(loop, initial) if part is FmuPart.CONTROLLER else loop_model(loop, initial, steps)
 

@@ -62,7 +62,7 @@ def _inputs(made: Firmware) -> tuple[Port, ...]:
     if told:
         raise DeployError(
             f"the controller of '{made.loop.plant.name}' as an FMU",
-            f"it is told what the amplifier of {told[0]} applied, which stands in the loop.",
+            f"it reads what the amplifier of {told[0]} applied, and the amplifier is part of the loop.",
             "Export the loop.",
         )
     return tuple(port for port in made.inputs if port is not ELAPSED)

@@ -178,11 +178,11 @@ class _Task:
         if plant.discrete:
             raise IdentificationError(self._asked, "it is in discrete time.", "Give the continuous plant.")
         if not plant.inputs:
-            raise IdentificationError(self._asked, "it has no input.", "Only its start can be chosen.")
+            raise IdentificationError(self._asked, "it has no input.", "Only its initial state can be chosen.")
         if not plant.outputs:
-            raise IdentificationError(self._asked, "no output is measured.", "Name an output that a log holds.")
+            raise IdentificationError(self._asked, "no output is measured.", "Name an output that is recorded.")
         if not self.free:
-            raise IdentificationError(self._asked, "no parameter is named.", "Name those to be known.")
+            raise IdentificationError(self._asked, "no parameter is named.", "Name those to be estimated.")
         if not (np.isfinite(duration) and duration > 0 and samples >= 10):
             found = f"{duration:g} s in {samples} samples."
             raise IdentificationError(self._asked, found, "Give a positive duration and 10 samples or more.")
@@ -192,7 +192,7 @@ class _Task:
         self._known("initial state", initial or (), states)
         twice = [name for name in self.free if self.free.count(name) > 1]
         if twice:
-            raise IdentificationError(f"parameter '{twice[0]}'", "it stands twice.", "Name it once.")
+            raise IdentificationError(f"parameter '{twice[0]}'", "it is given twice.", "Name it once.")
         for name, size in noise.items():
             if not size > 0:
                 raise IdentificationError(f"noise of '{name}'", f"{size:g} is not positive.", "Give its size in SI.")
@@ -208,7 +208,7 @@ class _Task:
         self._known("limit of", [name], [s.name for s in (*plant.inputs, *plant.states, *plant.outputs)])
         lower, upper = (-float(given), float(given)) if np.ndim(given) == 0 else (float(given[0]), float(given[1]))
         if not lower < upper:
-            found = f"{lower:g} to {upper:g} leaves nothing between."
+            found = f"{lower:g} to {upper:g} is empty."
             raise IdentificationError(f"limit of '{name}'", found, "Give a size, or the lower value first.")
         return lower, upper
 
@@ -261,7 +261,7 @@ class _Task:
         lower, upper = self._bounds[name]
         if not lower <= start <= upper:
             found = f"the start, {start:g}, is not between {lower:g} and {upper:g}."
-            raise IdentificationError(f"limit of '{name}'", found, "Begin elsewhere, or widen the limit.")
+            raise IdentificationError(f"limit of '{name}'", found, "Start elsewhere, or widen the limit.")
 
     def _require_rest(self, inputs: Mapping[str, Held], motion: Sensitivities) -> None:
         shares = self._shares(inputs, motion) if motion.finished else {}

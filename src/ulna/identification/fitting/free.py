@@ -33,13 +33,13 @@ def free_parameters(
         chosen += rows
     if not chosen or not any(name for row in chosen for name in row):
         found = f"Known: {', '.join(known)}."
-        raise IdentificationError(f"identification of '{plant.name}'", "nothing is free.", found)
+        raise IdentificationError(f"identification of '{plant.name}'", "no parameter is free.", found)
     flat = [name for row in chosen for name in row]
     for name in (*flat, *bounds):
         if name not in known:
             _meant(plant, name)
         if flat.count(name) > 1:
-            raise IdentificationError(f"free '{name}'", "it stands twice.", "Name it once.")
+            raise IdentificationError(f"free '{name}'", "it is given twice.", "Name it once.")
     for name in (*bounds, *priors):
         if name not in flat and name not in [s.name for s in plant.states]:
             what = "bounds" if name in bounds else "prior"
@@ -81,10 +81,10 @@ def _free(
     if begin is None:
         if not (math.isfinite(lower) and math.isfinite(upper)):
             hint = f"Give a prior \"5 ± 50%\", or bounds of '{name}'."
-            raise IdentificationError(f"free '{name}'", "nothing says where to begin: it has no value.", hint)
+            raise IdentificationError(f"free '{name}'", "it has no value from which the search can start.", hint)
         begin = math.sqrt(lower * upper) if lower > 0 else 0.5 * (lower + upper)
     if not lower <= begin <= upper:
-        found = f"[{lower:g}, {upper:g}] leaves out {begin:g}, where the search begins."
+        found = f"[{lower:g}, {upper:g}] does not contain {begin:g}, where the search starts."
         raise IdentificationError(f"bounds of '{name}'", found, "Widen them, or give a prior inside.")
     return Free(
         name=name,

@@ -44,10 +44,10 @@ def prior_of(given: Any, asked: str, *, value: float | None, unit_text: str) -> 
         try:
             mean, std = (float(each) for each in given)
         except (TypeError, ValueError):
-            raise IdentificationError(asked, f"{given!r} is no prior.", 'Write "5 ± 12%" or (5, 0.6).') from None
+            raise IdentificationError(asked, f"{given!r} is not a prior.", 'Write "5 ± 12%" or (5, 0.6).') from None
         found = Prior(mean=mean, std=std)
     if not (found.std > 0.0 and math.isfinite(found.std) and math.isfinite(found.mean)):
-        hint = "Give what it is uncertain by, or leave the parameter out of free=[…]."
+        hint = "Give its uncertainty, or leave the parameter out of free=[…]."
         raise IdentificationError(asked, f"its standard deviation is {found.std:g}.", hint)
     return found
 
@@ -61,7 +61,7 @@ def bounds_of(given: Any, asked: str, *, unit_text: str) -> tuple[float, float]:
     try:
         low, high = given
     except (TypeError, ValueError):
-        raise IdentificationError(asked, f"{given!r} is no pair.", "Write (0.1, 2).") from None
+        raise IdentificationError(asked, f"{given!r} is not a pair.", "Write (0.1, 2).") from None
     lower = -math.inf if low is None else quantity(low, asked, unit_text=unit_text)
     upper = math.inf if high is None else quantity(high, asked, unit_text=unit_text)
     if not lower < upper:
@@ -79,10 +79,10 @@ def quantity(given: Any, asked: str, *, unit_text: str) -> float:
         try:
             return float(given)
         except (TypeError, ValueError):
-            raise IdentificationError(asked, f"{given!r} is no number.") from None
+            raise IdentificationError(asked, f"{given!r} is not a number.") from None
     match = _QUANTITY.fullmatch(given)
     if match is None:
-        raise IdentificationError(asked, f"'{given}' is no number with a unit.", "Write 0.05 or '3 deg'.")
+        raise IdentificationError(asked, f"'{given}' is not a number with a unit.", "Write 0.05 or '3 deg'.")
     return float(match[1]) * (_factor(match[2], asked, unit_text) if match[2] else 1.0)
 
 
@@ -90,7 +90,7 @@ def _written(text: str, asked: str, value: float | None, unit_text: str) -> Prio
     parts = _PLUS_MINUS.split(text)
     if len(parts) != 2:
         raise IdentificationError(
-            asked, f"'{text}' is no prior.", 'Write "5 ± 12%", or "± 12%" about the plant\'s own.'
+            asked, f"'{text}' is not a prior.", 'Write "5 ± 12%", or "± 12%" about the plant\'s own.'
         )
     left, right = (each.strip() for each in parts)
     if left:
@@ -98,7 +98,7 @@ def _written(text: str, asked: str, value: float | None, unit_text: str) -> Prio
     elif value is not None:
         mean = value
     else:
-        raise IdentificationError(asked, f"'{text}' has no value, nor has the plant.", 'Write "5 ± 12%".')
+        raise IdentificationError(asked, f"'{text}' has no value, and the plant gives none.", 'Write "5 ± 12%".')
     if right.endswith("%"):
         share = quantity(right[:-1].strip(), asked, unit_text="")
         return Prior(mean=mean, std=abs(mean) * share / 100.0)

@@ -113,7 +113,7 @@ def _plant(given: Any) -> System:
         if given.sampled:
             raise IdentificationError(
                 f"identification of a loop around '{given.plant.name}' with hardware",
-                "its processor has no slopes.",
+                "no derivatives are computed through a processor.",
                 "Give the plant itself: the recorded input is what acted on it.",
             )
         return given.system

@@ -261,7 +261,7 @@ def _check(
         raise IdentificationError(asked, f"it holds {len(times)} samples.", "At least two are needed.")
     if not np.isfinite(times).all():
         at = where[int(np.argmin(np.isfinite(times)))]
-        raise IdentificationError(asked, f"{at} has no time.", "Mend or delete that line.")
+        raise IdentificationError(asked, f"{at} has no time.", "Correct or delete that line.")
     for title, values in columns.items():
         if values.shape != times.shape:
             found = f"column '{title}' has {values.size} values for {len(times)} times."
@@ -270,13 +270,15 @@ def _check(
         if np.isinf(values).any() or (wrong.any() and not lost):
             at = where[int(np.argmax(wrong))]
             found = f"column '{title}' holds no number at {at} ({int(wrong.sum())} of {len(times)} in all)."
-            raise IdentificationError(asked, found, "Mend those lines, or say that they are lost samples: lost=True.")
+            raise IdentificationError(
+                asked, found, "Correct those lines, or say that they are lost samples: lost=True."
+            )
     steps = np.diff(times)
     if not (steps > 0).all():
         at = int(np.argmax(steps <= 0))
         verb = "stands still" if steps[at] == 0 else "goes back"
         found = f"time {verb}: {times[at + 1]:.9g} s at {where[at + 1]} follows {times[at]:.9g} s."
-        raise IdentificationError(asked, found, "Sort the samples, drop repeated ones, cut runs apart.")
+        raise IdentificationError(asked, found, "Sort the samples, drop repeated ones, or split separate runs.")
 
 
 def _table(given: Any) -> tuple[dict[str, Any], dict[str, str], np.ndarray | None]:
@@ -300,7 +302,7 @@ def _table(given: Any) -> tuple[dict[str, Any], dict[str, str], np.ndarray | Non
         return {str(key): values for key, values in given.items()}, {}, None
     raise IdentificationError(
         f"a record from a {type(given).__name__}",
-        "it is no record.",
+        "it is not a record.",
         "Give a file, a Record, a Trajectory, a table of pandas or xarray, or a mapping with 'time'.",
     )
 

@@ -101,7 +101,7 @@ def _experiment(system: System, record: Record, constant: Mapping[str, Any]) -> 
             continue
         values = _column(record, signal, f'Or say what it was: inputs={{"{signal.name}": 0}}.')
         if not np.isfinite(values).all():
-            found = f"samples of the input '{signal.name}' were lost: what acted is not known."
+            found = f"samples of the input '{signal.name}' were lost: what acted on the plant is unknown."
             raise IdentificationError(f"the record '{record.name}'", found, "Cut the record there.")
         inputs[signal.name] = _acting(record, values)
     measured = np.stack([_column(record, signal, "") for signal in system.outputs], axis=1)
@@ -133,7 +133,7 @@ def _column(record: Record, signal: Signal, hint: str) -> np.ndarray:
         if due != found:
             raise UnitError(
                 f"column '{signal.name}' of the record '{record.name}'",
-                f"'{written}' measures {_measure(found)}, the plant's '{signal.name}' is in {signal.unit}.",
+                f"'{written}' measures {_measure(found)}, but the plant's '{signal.name}' is in {signal.unit}.",
                 f'Say what it is in: units={{"{signal.name}": "{signal.unit}"}}, or name another column.',
             )
     return record.columns[signal.name]

@@ -89,7 +89,7 @@ def _sheet(source: Path) -> Sheet:
     if first >= len(rows):
         raise _UnfitError(
             "it holds 0 samples.",
-            "A line holds the time and one value for each channel; titles may stand above.",
+            "A line holds the time and one value for each channel; titles may come first.",
         )
     spare = all(not cells[-1] for _, cells in rows[first:])
     names, units, written = _heads([each for _, each in above], delimiter, width, spare=spare)
@@ -119,9 +119,9 @@ def _text(source: Path) -> str:
     """UTF-8, UTF-16 with its mark (spreadsheets), or Latin letters of one byte (older devices)."""
     try:
         if source.exists() and not source.is_file():
-            raise _UnfitError("it cannot be read: it is not a plain file.")
+            raise _UnfitError("it cannot be read: it is not a regular file.")
         if source.stat().st_size > LARGEST:
-            raise _UnfitError(f"it has more than {LARGEST // 1_000_000} MB.", "Cut it.")
+            raise _UnfitError(f"it is larger than {LARGEST // 1_000_000} MB.", "Cut it.")
         data = source.read_bytes()
     except OSError as error:
         raise _UnfitError(f"it cannot be read: {error.strerror}.") from error
@@ -134,7 +134,7 @@ def _text(source: Path) -> str:
         if not re.search("[\x00-\x08\x0e-\x1f\x7f]", text):
             return text
     raise _UnfitError(
-        "it cannot be read: it is not a text.",
+        "it cannot be read: it is not text.",
         "Export it as CSV.",
     )
 
@@ -286,7 +286,7 @@ def _numbers(data: list[tuple[int, list[str]]], names: list[str], comma: bool) -
         if len(cells) != width:
             raise _UnfitError(
                 f"line {line} has {len(cells)} columns, the others have {width}.",
-                "Mend or delete that line.",
+                "Correct or delete that line.",
             )
         for column, cell in enumerate(cells):
             if column in text_columns:
@@ -296,7 +296,7 @@ def _numbers(data: list[tuple[int, list[str]]], names: list[str], comma: bool) -
                 raise _UnfitError(
                     f"line {line}, column {column + 1}{f' ({names[column]})' if names[column] else ''}: "
                     f"'{cell[:40]}' is not a number that can be used.",
-                    "Mend or delete that line, or leave the cell empty where a sample was lost.",
+                    "Correct or delete that line, or leave the cell empty where a sample was lost.",
                 )
             values[row, column] = value
     places = np.ones(width)

@@ -105,15 +105,15 @@ class Response:
         for name in along:
             if name not in known:
                 found = f"'{system.name}' has no parameter and no state of this name."
-                raise IdentificationError(f"slopes along '{name}'", found, f"Known: {', '.join(known)}.")
+                raise IdentificationError(f"sensitivities to '{name}'", found, f"Known: {', '.join(known)}.")
         self._own = {p.name: rounded(v, system.name) for p in system.parameters if (v := p.si_value) is not None}
         symbols = [*system.state_symbols, *system.input_symbols, *system.parameter_symbols]
         rates = {f"{s.name}'": e for s, e in zip(system.states, system.inline(system.rates), strict=True)}
         self._rates = kernel(system.name, symbols, rates, held=system.parameter_symbols)
         if jumps(self._rates) and not system.discrete:
             raise IdentificationError(
-                f"slopes along the motion of '{system.name}'",
-                "its right-hand side jumps (sign), and slopes jump where the motion crosses or sticks there.",
+                f"sensitivities along the motion of '{system.name}'",
+                "its right-hand side jumps (sign), and sensitivities jump where the motion crosses or sticks there.",
                 "Write the smooth form: omega/sqrt(omega**2 + w**2) with a small w in place of sign(omega).",
             )
         readouts = {o.name: e for o, e in zip(system.outputs, system.inline(system.readouts), strict=True)}
@@ -245,7 +245,9 @@ class Response:
                 found = f"'{self.system.name}' has no such input."
                 raise IdentificationError(f"input '{name}'", found, f"Known: {', '.join(known) or 'none'}.")
             if not isinstance(given, Constant | Held | Interpolated):
-                raise IdentificationError(f"input '{name}'", "a formula of time.", "Give Held or Interpolated samples.")
+                raise IdentificationError(
+                    f"input '{name}'", "it is a formula of time.", "Give Held or Interpolated samples."
+                )
         chosen = [inputs.get(name) or Constant(value=0.0) for name in known]
         if self.system.period is not None:
             return _steps(chosen, times, float(self.system.period), self.system.name)
@@ -284,7 +286,7 @@ def _steps(inputs: Sequence[Input], times: np.ndarray, period: float, name: str)
     counts = (times - times[0]) / period
     whole = np.rint(counts)
     if np.abs(counts - whole).max() > 1e-6 * max(1.0, float(whole[-1])):
-        found = f"they are no multiples of its period of {period:g} s."
+        found = f"they are not multiples of its period of {period:g} s."
         raise IdentificationError(f"times of '{name}' in discrete time", found, "Give samples at its period.")
     edges = np.union1d(times, times[0] + period * np.arange(int(whole[-1]) + 1))
     if len(edges) > whole[-1] + 1:  # rounding made twins

@@ -134,8 +134,8 @@ def _recorded(system: System, outputs: Sequence[str] | None) -> System:
     if system.discrete:
         raise IdentificationError(
             asked,
-            "its time passes in steps; the derivatives of its outputs do not exist.",
-            "Ask it of the plant in continuous time.",
+            "it is in discrete time; the derivatives of its outputs do not exist.",
+            "Ask for the plant in continuous time.",
         )
     known = [s.name for s in system.outputs]
     for name in outputs or ():
@@ -143,7 +143,7 @@ def _recorded(system: System, outputs: Sequence[str] | None) -> System:
             raise IdentificationError(asked, f"there is no output '{name}'.", _near(name, known))
     plant = measured_part(system if outputs is None else with_uses(system, measured=list(outputs)))
     if not plant.outputs:
-        raise IdentificationError(asked, "no output is measured.", "Name an output that a log holds.")
+        raise IdentificationError(asked, "no output is measured.", "Name an output that is recorded.")
     return plant
 
 
@@ -158,7 +158,7 @@ def _checked(system: System, parameters: Sequence[str], known_start: Sequence[st
             if name not in known:
                 raise IdentificationError(asked, f"there is no {kind} '{name}'.", _near(name, known))
             if list(names).count(name) > 1:
-                raise IdentificationError(asked, f"{kind} '{name}' stands twice.", "Name it once.")
+                raise IdentificationError(asked, f"{kind} '{name}' is given twice.", "Name it once.")
     if not parameters:
         raise IdentificationError(asked, "no parameter is named.", _near("", [p.name for p in system.parameters]))
     return tuple(parameters)

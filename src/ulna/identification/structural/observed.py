@@ -96,7 +96,7 @@ def observed(
         raise UlnaError(
             f"what the outputs of '{system.name}' tell of {', '.join(free)}",
             f"no point was found in {_TRIES} random ones where plant and derivatives are finite and real.",
-            "Give the parameters values, and bounds, in which the plant makes sense.",
+            "Give the parameters values and bounds for which the plant is defined.",
         )
     rows = [
         [e for b in range(sides) for e in ([row[j] for j in columns] if b == k else [arb(0)] * len(columns))]

@@ -56,7 +56,7 @@ def require_folder(path: Path) -> None:
         SimulationError: naming it.
     """
     if not path.absolute().parent.is_dir():
-        raise SimulationError(f"the page '{path}'", "its folder does not exist.", "Make it first.")
+        raise SimulationError(f"the page '{path}'", "its folder does not exist.", "Create it first.")
 
 
 def report_text(

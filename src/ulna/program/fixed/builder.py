@@ -113,7 +113,7 @@ class Integers:
         exact = self._bounded(Operation.DIV, enclosed(Operation.DIV, (a.interval, b.interval)), (a, b))
         least = min(abs(b.interval.lower), abs(b.interval.upper))
         if least < 2.0 ** (1 - b.point):
-            raise UnboundedError(f"a / b with b in {b.interval}", "b is 0 in 32 bits.")
+            raise UnboundedError(f"a / b with b in {b.interval}", "b may round to 0 in 32 bits.")
         point = min(point_of(exact.size), ROOM + a.point - b.point)
         by = a.point - b.point - point
         lost = 2.0 ** (by - a.point) / least if by > 0 else 0.0
@@ -210,7 +210,7 @@ class Integers:
         if found.bounded and found.size < 2.0**MOST_POINT:
             return found
         given = " and ".join(str(each.interval) for each in operands)
-        raise UnboundedError(f"'{operation}' of {given}", f"it lies in {found}.")
+        raise UnboundedError(f"'{operation}' of {given}", f"its range {found} is too large.")
 
     def _emitted(
         self,

@@ -89,7 +89,7 @@ def _fitted(
     """A polynomial for each piece of the argument's interval."""
     true = enclosed(operation, (a.interval,)) if operation is not None else _ends(function, a.interval)
     if not true.bounded:
-        raise UnboundedError(f"'{name}' of {a.interval}", f"it lies in {true}.")
+        raise UnboundedError(f"'{name}' of {a.interval}", f"its range {true} is unbounded.")
     pieces, error = pieces_of(function, a.interval, part)
     w.functions[name] = max(error, w.functions.get(name, 0.0))
     conditions = [w.compared(Step.LESS, a, w.constant(piece.middle + piece.half)) for piece in pieces[:-1]]

@@ -88,7 +88,7 @@ def heyoka_values(kernel: Kernel, inputs: Mapping[str, Any], indices: Sequence[i
         if function is None:
             raise SimulationError(
                 f"continuous simulation of '{kernel.name}'",
-                f"it contains '{instruction.operation}', a staircase that has no Taylor series.",
+                f"it contains '{instruction.operation}', a step function, which has no Taylor series.",
                 "Put quantisation into a sampled loop.",
             )
         values.append(function(*(values[operand] for operand in instruction.operands)))

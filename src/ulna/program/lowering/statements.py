@@ -95,6 +95,6 @@ def checked_function_name(name: str) -> str:
         raise FormulaError(
             f"a function of the name {name!r}",
             "it is not an identifier, or it is a word of C, JavaScript or Python.",
-            "Choose letters, digits and underscores, a small letter first.",
+            "Choose letters, digits and underscores, a lower-case letter first.",
         )
     return name
