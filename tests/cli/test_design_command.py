@@ -72,8 +72,8 @@ def test_a_plant_without_observer_form_has_other_observers(other):
         (["--controller-poles", "-1,-2", "--track", "--set-point"], "they exclude each other"),
         (["--controller-poles", "-1,-2", "--best"], "they exclude each other"),
         (["--input-output", "--local", "--best"], "they exclude each other"),
-        (["--controller-poles", "-1,-2", "--catch", "x=1"], "it belongs to a swing-up"),
-        (["--controller-poles", "-1,-2", "--push", "3"], "it belongs to a swing-up"),
+        (["--controller-poles", "-1,-2", "--catch", "x=1"], "it is an option of a swing-up"),
+        (["--controller-poles", "-1,-2", "--push", "3"], "it is an option of a swing-up"),
         (["--controller-poles", ""], "its value is empty"),
         (["--observer-poles", "-1,-2", "--kalman", "1,1:1"], "they exclude each other"),
         (["--high-gain", "0.1"], "it needs the poles of the error"),
@@ -144,7 +144,7 @@ def test_a_pendulum_is_swung_up_and_caught():
     up = ["--pivot", "y", "--hold=-0.5,-0.5", "--catch", "th=0.4"]
     run = answered("simulate", *cart, *up, "--initial", "0,0,pi,0", "--horizon", "60")
     assert math.cos(run["signals"]["th"][-1]) > 0.999
-    assert "does not say where the law catches" in refused("design", *cart)
+    assert "the region where the local law takes over is missing" in refused("design", *cart)
 
 
 ROTOR = """

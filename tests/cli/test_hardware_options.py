@@ -164,7 +164,7 @@ def test_options_that_do_not_go_together_are_one_clear_error(arguments, reason):
 def test_a_controller_in_a_file_is_not_held_exactly(tmp_path):
     (tmp_path / "pi.toml").write_text(PI)
     asked = ["--controller", str(tmp_path / "pi.toml"), "--period", "0.01", "--discretise", "exact"]
-    assert "no part is known to be linear" in refused(*ARM, *asked)
+    assert "no part of a controller in a file is known to be linear" in refused(*ARM, *asked)
 
 
 def test_a_sweep_counts_as_settled_what_ends_at_the_operating_point(tmp_path):

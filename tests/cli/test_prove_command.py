@@ -65,7 +65,7 @@ def test_the_box_of_a_fit_is_proved(plant: str, tmp_path: Path) -> None:
     fitted = written(PLANT.replace("value = 1,", "value = 1, std = 0.1,"), tmp_path / "fitted.toml")
     assert "from 0.8 to 1.2" in answered("prove", fitted, *LAW, "--over", "posterior")["claim"]
     assert "from 0.7 to 1.3" in answered("prove", fitted, *LAW, "--over", "posterior=3")["claim"]
-    assert "no number of standard" in refused("prove", fitted, *LAW, "--over", "posterior=-3")
+    assert "expected a positive number of standard" in refused("prove", fitted, *LAW, "--over", "posterior=-3")
 
 
 def test_an_unstable_value_is_told() -> None:
@@ -101,7 +101,7 @@ def test_a_verdict_is_no_mistake(plant: str) -> None:
         ([*LAW, "--over", "drag=2..1"], "2 to 1 is not a range of finite numbers"),
         ([*LAW, "--over", "drag=1..20"], "drag"),
         ([*LAW, "--over", "drag=1..2", "--global"], "--global with --over: these are 2 claims"),
-        ([*LAW, "--set-point", "--reference", "y=sin(t)"], "it moves, and the proof is about rest"),
+        ([*LAW, "--set-point", "--reference", "y=sin(t)"], "it varies, and the proof is about an equilibrium"),
     ],
 )
 def test_mistakes_are_one_line(plant: str, options: list[str], reason: str) -> None:

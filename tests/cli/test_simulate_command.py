@@ -160,7 +160,7 @@ def test_a_users_own_controller_closes_the_loop(written):
         (["--reference", "x=sin(x)"], "unknown symbol 'x'"),
         (["--reference", "x=__import__('os')"], "unknown function"),
         ([], "the reference 'x_ref': the controller reads it, and neither the plant nor an option gives it"),
-        (["--controller-poles", "-1,-2"], "a controller is read and one is to be designed"),
+        (["--controller-poles", "-1,-2"], "both a file and a design are asked for"),
         (["--track"], "there is no law to add it to"),
     ],
 )

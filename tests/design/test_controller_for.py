@@ -120,7 +120,7 @@ def test_gains_that_fit_no_better_law_fall_to_the_linearisation_and_say_so():
 
 
 def test_what_may_run_away_with_the_outputs_held_is_told():
-    with pytest.warns(UlnaWarning, match="the rest of the state may run away"):
+    with pytest.warns(UlnaWarning, match="the rest of the state may diverge"):
         controller_for(cart("+ w"), law=[-1, -2], method=Method.INPUT_OUTPUT)
 
 

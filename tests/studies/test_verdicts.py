@@ -136,7 +136,7 @@ def test_every_printed_number_of_the_chain_has_a_verdict(chain):
 
 def test_a_passage_of_which_nothing_is_compared_is_refused(exact, chain):
     strange = replace(paper().passages[0], key="nobody_knows_this")
-    with pytest.raises(UlnaError, match="nothing of it was compared"):
+    with pytest.raises(UlnaError, match="no part of it was compared"):
         judge(replace(paper(), passages=(*paper().passages, strange)), exact, chain)
 
 

@@ -62,7 +62,7 @@ def _extended(system: System, options: DesignOptions) -> ExtendedLaw:
 
     if options.best:
         asked = "Give --controller-poles, one for each state and each integrator, or --lqr."
-        raise DesignError("--extend", "its law has no poles of its own.", asked)
+        raise DesignError("--extend", "it needs poles or weights.", asked)
     names = {"--local": options.local, "--input-output": options.input_output}
     clash = next((name for name, given in names.items() if given), "an observer" if options.observer else "")
     if clash:
@@ -113,7 +113,9 @@ def as_file(controller: Controller | ExtendedLaw) -> System:
     for output, readout in zip(plant.outputs, plant.inline(plant.readouts), strict=True):
         if states.get(output.name, readout) != readout:
             found = f"the output '{output.name}' of the plant is not its state of that name, which the law reads."
-            raise DesignError("--out", found, "Rename the output: a controller in a file knows names alone.")
+            raise DesignError(
+                "--out", found, "Rename the output: a controller in a file refers to signals by name only."
+            )
     own = {s.name for s in controller.system.states}
     starts = tuple((name, exact(value)) for name, value in controller.initial.items() if name in own)
     return replace(controller.system, operating_point=starts)
@@ -144,11 +146,13 @@ def require_consistent(options: DesignOptions) -> None:
     if options.high_gain is not None and not options.observer_poles:
         raise DesignError("--high-gain", "it needs the poles of the error.", "Add --observer-poles.")
     if options.swing_up and not options.catch:
-        raise DesignError("--swing-up", "it does not say where the law catches.", "Add --catch th=0.4, say.")
+        raise DesignError(
+            "--swing-up", "the region where the local law takes over is missing.", "Add --catch th=0.4, say."
+        )
     changed = [name for name in ("catch", "push", "push_gain", "pivot", "hold") if _given(options, name)]
     if changed and not options.swing_up:
         asked = f"--{changed[0].replace('_', '-')}"
-        raise DesignError(asked, "it belongs to a swing-up.", "Add --swing-up with the energy to be pumped up.")
+        raise DesignError(asked, "it is an option of a swing-up.", "Add --swing-up with the energy to be pumped.")
     flags = ("integral", "set_point", "track", "input_output", "extend", "schedule", "swing_up")
     wants = [name for name in flags if getattr(options, name)]
     if wants and not options.law:

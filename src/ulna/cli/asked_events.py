@@ -65,7 +65,7 @@ def _target(asked: Run, name: str, option: str) -> float:
     if reference is None or isinstance(reference, float):
         return target_of(asked, name)
     raise SimulationError(
-        option, f"its reference moves: {reference}.", f"Say where it should end: --settle {name}=0.5."
+        option, f"its reference varies: {reference}.", f"Say where it should end: --settle {name}=0.5."
     )
 
 

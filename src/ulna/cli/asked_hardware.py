@@ -91,7 +91,7 @@ def _watches(options: HardwareOptions) -> dict[str, Any]:
         asked = f"--innovation '{options.innovation}'"
         size, *counts = _numbers(options.innovation, asked, (2, 3))
         if any(count != int(count) for count in counts):
-            raise SimulationError(asked, "samples are counted in whole numbers.", "Write 0.2:10, say.")
+            raise SimulationError(asked, "expected whole numbers of samples.", "Write 0.2:10, say.")
         samples, resume = int(counts[0]), int(counts[1]) if len(counts) > 1 else None
         found["innovation"] = InnovationLimit(size=size, samples=samples, resume=resume, reaction=reaction)
     return found
@@ -113,7 +113,7 @@ def saturations(texts: Sequence[str], driven: Sequence[str]) -> Saturation | dic
         limit = Saturation(lower=-numbers[0] if len(numbers) == 1 else numbers[0], upper=numbers[-1])
         if not equals:
             if len(texts) > 1:
-                raise SimulationError(asked, "it is for all inputs, another one for some.", "Name them.")
+                raise SimulationError(asked, "it limits all inputs, and other limits are given too.", "Name them.")
             return limit
         found[known_name(name, driven, asked, "input")] = limit
     return found or None
@@ -138,7 +138,7 @@ def end_stops(plant: System, texts: Sequence[str]) -> tuple[EndStop, ...]:
         known_name(name, list(rates), asked, "state")
         velocity = by_symbol.get(rates[name])
         if velocity is None:
-            raise SimulationError(asked, f"the rate of {name} is not a state, {rates[name]}.")
+            raise SimulationError(asked, f"the rate of {name} is not a state but {rates[name]}.")
         numbers = _numbers(bounds, asked, (2, 3))
         bounce = numbers[2] if len(numbers) == 3 else 0.0
         stops.append(EndStop(position=name, velocity=velocity, lower=numbers[0], upper=numbers[1], restitution=bounce))
@@ -148,7 +148,7 @@ def end_stops(plant: System, texts: Sequence[str]) -> tuple[EndStop, ...]:
 def _numbers(text: str, asked: str, counts: tuple[int, ...]) -> list[float]:
     parts = text.split(":")
     if len(parts) not in counts:
-        raise SimulationError(asked, f"{len(parts)} numbers, expected {' or '.join(map(str, counts))}.")
+        raise SimulationError(asked, f"it has {len(parts)} numbers, expected {' or '.join(map(str, counts))}.")
     return [number(part, asked) for part in parts]
 
 

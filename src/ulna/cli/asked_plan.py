@@ -50,7 +50,7 @@ def plan_of(plant: System, vary: Sequence[str], runs: int, seed: int, sampling: 
         if len(axes) < len(read):
             drawn = next(name for name, found in read if not isinstance(found, list))
             raise CampaignError(
-                f"--vary {drawn}", "it is drawn by chance, others lie on a grid.", "Give steps(...) or values(...)."
+                f"--vary {drawn}", "it is random, while others are on a grid.", "Give steps(...) or values(...)."
             )
         return Grid(axes=axes, seed=seed)
     spread: dict[str, Any] = dict(read)
@@ -77,7 +77,7 @@ def map_axes(text: str, varied: tuple[str, ...]) -> tuple[str, ...]:
         return varied[:2]
     names = tuple(name.strip() for name in text.split(","))
     if len(set(names)) != 2 or not set(names) <= set(varied):
-        found = f"two of the varied quantities are needed; varied: {', '.join(varied)}."
+        found = f"expected two of the varied quantities; varied: {', '.join(varied)}."
         raise CampaignError(f"--map '{text}'", found, "Write --map m2,theta.")
     return names
 
@@ -99,7 +99,7 @@ def _varied(text: str) -> tuple[str, Any]:
     wanted = counts[kind]
     if wanted is not None and len(numbers) not in wanted:
         due = " or ".join(map(str, wanted))
-        raise CampaignError(f"--vary '{text}'", f"{len(numbers)} numbers, {kind} takes {due}.")
+        raise CampaignError(f"--vary '{text}'", f"it has {len(numbers)} numbers, {kind} takes {due}.")
     if kind == "values":
         return name, numbers
     if kind != "steps":

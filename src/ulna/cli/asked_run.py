@@ -133,7 +133,7 @@ def best_run_of(
         if hardware.sampled:
             raise
         told = shorten(str(error), LONGEST, placeholder=" …")
-        typer.echo(f"no controller: {told}\n`ulna design {plant.name}` says it whole.", err=True)
+        typer.echo(f"no controller: {told}\n`ulna design {plant.name}` shows the whole message.", err=True)
         return run_of(system, plant, run, design, hardware, varied=(), open_references=True)
 
 
@@ -153,10 +153,10 @@ def _read(run: RunOptions, design: DesignOptions, hardware: HardwareOptions) -> 
     if run.controller is None:
         return None
     if design.law or design.observer:
-        found = "a controller is read and one is to be designed."
+        found = "both a file and a design are asked for."
         raise SimulationError("--controller", found, "Leave out either it or the poles and weights.")
     if hardware.discretise is Discretisation.exact:
-        found = "of a controller in a file no part is known to be linear."
+        found = "no part of a controller in a file is known to be linear."
         raise SimulationError("--discretise exact", found, "Give --discretise runge-kutta.")
     return read_system(run.controller)
 
@@ -316,7 +316,7 @@ def _with_derivatives(
     while (name := f"{label}_d{order}") in references:
         slope = sp.diff(value, TIME) if isinstance(value, sp.Expr) else sp.Integer(0)
         if slope.has(sp.DiracDelta, sp.Derivative, sp.Subs):
-            given = f"derivative {order} of it does not exist where it jumps or bends."
+            given = f"derivative {order} of it does not exist where it jumps or has a corner."
             raise SimulationError(asked, given, "Give a smooth formula, or --set-point instead of --track.")
         value = found[name] = slope if slope.free_symbols else float(slope)
         order += 1

@@ -96,7 +96,7 @@ def export_c(
 
     if (out is None) == (verify is None):
         found = "neither is given." if out is None else "both are given."
-        raise SimulationError("--out and --verify", found, "Give --out FOLDER to write, --verify FOLDER to ask.")
+        raise SimulationError("--out and --verify", found, "Give --out FOLDER to write, --verify FOLDER to check.")
     if not hardware.sampled and not _brings_period(run):
         raise SimulationError("ulna export c", "the loop has no period.", "Give --period 1e-3, say.")
     system = plant_in_file(plant)
@@ -133,7 +133,7 @@ def _fixed_point(fixed: _Fixed | None, texts: list[str]) -> FixedPoint | None:
 
     if fixed is None:
         if texts:
-            raise SimulationError(f"--range '{texts[0]}'", "it is for integers.", "Add --fixed q31.")
+            raise SimulationError(f"--range '{texts[0]}'", "it is for fixed point.", "Add --fixed q31.")
         return None
     ranges = {}
     for text in texts:

@@ -89,7 +89,9 @@ def prove(
     loop = replace(asked.loop, plant=asked.loop.plant.with_parameters(dict(asked.parameters)))
     moving = [name for name, value in asked.inputs.items() if not isinstance(value, float | int)]
     if moving:
-        raise SimulationError(f"the input '{moving[0]}'", "it moves, and the proof is about rest.", "Give a number.")
+        raise SimulationError(
+            f"the input '{moving[0]}'", "it varies, and the proof is about an equilibrium.", "Give a number."
+        )
     with progress("proving"):
         claim = _over(loop, ranges) if ranges else _claim(loop, within or [], everywhere=everywhere)
         verdict = proved(loop, claim, inputs=asked.inputs, boxes=boxes)
@@ -113,13 +115,13 @@ def _check_together(given: list[str], plot: Path | None, plane: str | None, *, s
         raise SimulationError(" with ".join(given), f"these are {len(given)} claims.", "Give one of them.")
     if sampled and ({"--global", "--over"} & {*given} or plot is not None):
         asked = "--plot" if plot is not None else given[0]
-        found = "of a loop on a processor what is proved is a box in which its runs end."
-        raise SimulationError(f"{asked} with --period", found, "Leave one of both out.")
+        found = "of a loop on a processor a box is proved in which its runs end."
+        raise SimulationError(f"{asked} with --period", found, "Leave one of them out.")
     if plot is not None and {"--global", "--over"} & {*given}:
         found = f"{given[0]} has no region to draw."
         raise SimulationError("--plot", found, "Leave --plot out, or ask for --within or for nothing.")
     if plane is not None and plot is None:
-        raise SimulationError("--plane", "it belongs to a figure, and none is asked for.", "Add --plot region.png.")
+        raise SimulationError("--plane", "it is for a figure, and none is asked for.", "Add --plot region.png.")
 
 
 def _plot(verdict: Verdict, loop: Loop, plane: str | None, path: Path) -> None:
@@ -157,7 +159,9 @@ def _ranges(system: System, over: list[str]) -> Iterator[tuple[str, str, str]]:
 
         sigmas = float(quantity(text, asked))
         if not sigmas > 0:
-            raise SimulationError(asked, "it is no number of standard deviations.", "Write --over posterior=2.")
+            raise SimulationError(
+                asked, "expected a positive number of standard deviations.", "Write --over posterior=2."
+            )
         for each, (low, high) in posterior(system).box(sigmas).items():
             yield each, f"{low!r}..{high!r}", f"{asked}, of '{each}'"
 
@@ -180,7 +184,9 @@ def _over(loop: Loop, ranges: list[tuple[str, str, str]]) -> Claim:
             raise SimulationError(asked, "it has no bounds.", f'Write --over "{name}=4..5" or --over "{name}=±10%".')
         middle = parameter.si_value
         if middle is None:
-            raise SimulationError(asked, f"'{name}' has no value to go around.", f'Write --over "{name}=4..5".')
+            raise SimulationError(
+                asked, f"'{name}' has no value for the interval to be around.", f'Write --over "{name}=4..5".'
+            )
         share = around["size"].endswith("%")
         size = quantity(around["size"], asked, unit=None if share else unit) * (abs(middle) if share else 1)
         bounds[name] = (middle - size, middle + size)

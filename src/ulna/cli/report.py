@@ -79,6 +79,8 @@ def _proof(asked: Run) -> Verdict:
 
     moving = [name for name, value in asked.inputs.items() if not isinstance(value, float | int)]
     if moving:
-        raise SimulationError(f"the input '{moving[0]}'", "it moves, and the proof is about rest.", "Give a number.")
+        raise SimulationError(
+            f"the input '{moving[0]}'", "it varies, and the proof is about an equilibrium.", "Give a number."
+        )
     loop = replace(asked.loop, plant=asked.loop.plant.with_parameters(dict(asked.parameters)).with_values())
     return proved(loop, Region(), inputs=asked.inputs)

@@ -76,7 +76,7 @@ def studio(
             or design != DesignOptions()
             or hardware != HardwareOptions()
         ):
-            found = "options of another run stand beside it; a recorded run has its own."
+            found = "options of another run are given; a recorded run has its own."
             raise SimulationError("--replay", found, "Leave them out.")
         _replayed(replay, number, out=out, certificate=certificate, paused=paused)
         return
@@ -92,8 +92,8 @@ def studio(
     names = [] if len(loops) == 1 else [_title(run, design), *(each.stem for each in beside or ())]
     moving = [name for name, value in asked.inputs.items() if not isinstance(value, float | int)]
     if moving:
-        found = "it is a formula of time; in the page a hand moves it."
-        raise SimulationError(f"the input '{moving[0]}'", found, "Give the number that it begins with.")
+        found = "it is a formula of time; in the page it is moved by hand."
+        raise SimulationError(f"the input '{moving[0]}'", found, "Give the number that it starts with.")
     given = bool(run.initial or run.observer_initial)
     with progress("writing the page"):
         path = write(

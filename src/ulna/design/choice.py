@@ -140,7 +140,7 @@ def _by(plant: System, gains: Gains, method: Method, *, reference: AbstractRefer
         if stability not in _STABLE:
             warnings.warn(
                 f"the zero dynamics of '{plant.name}' are {stability}: with the outputs held the rest of the state may "
-                "run away. `analyse` shows them.",
+                "diverge. `analyse` shows them.",
                 UlnaWarning,
                 stacklevel=5,
             )
@@ -153,7 +153,7 @@ def _stable_outputs(plant: System, gains: Gains, *, reference: AbstractReference
     if form.at_point.fails:
         raise PassedOverError("the law divides by zero at the operating point.")
     if form.internal_dimension and (stability := _stability(plant)) not in _STABLE:
-        raise PassedOverError(f"the zero dynamics are {stability}: with the outputs held the rest may run away.")
+        raise PassedOverError(f"the zero dynamics are {stability}: with the outputs held the rest may diverge.")
     return state_feedback(form, gains, reference=reference, integral=integral)
 
 
@@ -164,9 +164,9 @@ def _approximate(plant: System, gains: Gains, *, reference: AbstractReference | 
         loop = close_loop(plant.with_values(), law).system.with_values()
         poles = linearise(loop, dict(equilibrium(plant.with_values()).states)).eigenvalues
         if max(p.real for p in poles) >= 0:
-            raise PassedOverError("with the dropped terms put back its loop is not stable at the operating point.")
+            raise PassedOverError("with the dropped terms included, its loop is not stable at the operating point.")
     elif law.form is not None and law.form.internal_dimension:
-        raise PassedOverError("it leaves part of the state without control.")
+        raise PassedOverError("it leaves part of the state uncontrolled.")
     return law
 
 

@@ -103,7 +103,9 @@ def plot_curves(
 
 def _check(panels: Sequence[Panel]) -> None:
     if not panels or any(not panel.curves for panel in panels):
-        raise UlnaError("a figure of curves over time", "there is nothing to draw.", "Give at least one curve a panel.")
+        raise UlnaError(
+            "a figure of curves over time", "there is nothing to draw.", "Give at least one curve for each panel."
+        )
     for panel in panels:
         for curve in panel.curves:
             times, values = np.shape(curve.times), np.shape(curve.values)
@@ -111,7 +113,7 @@ def _check(panels: Sequence[Panel]) -> None:
                 raise UlnaError(
                     f"the curve '{curve.label}' of {panel.quantity}",
                     f"its times have shape {times} and its values {values}.",
-                    "Both must be of one length.",
+                    "Give both the same length.",
                 )
 
 

@@ -19,7 +19,7 @@ def plot_fan(fan: Fan, *, title: str = "") -> Figure:
     order = np.argsort(fan.levels)
     levels, rows = np.asarray(fan.levels)[order], fan.values[order]
     if len(levels) < 2 or not np.isfinite(rows).any():
-        raise UlnaError(f"a fan chart of '{fan.signal}'", "it takes two levels and a finite value.")
+        raise UlnaError(f"a fan chart of '{fan.signal}'", "expected at least two levels and a finite value.")
     figure = new_figure(7.2, 3.9)
     axes = figure.add_subplot()
     dress(axes)

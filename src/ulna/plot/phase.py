@@ -81,7 +81,7 @@ def plot_phase(
     box = [asked.get(s.name) or _range(s, rest, runs) for s in shown]
     for signal, (lower, upper) in zip(shown, box, strict=True):
         if not lower < upper:
-            raise UlnaError(f"the range of '{signal.name}'", f"({lower:g}, {upper:g}) holds nothing.", "Swap the two.")
+            raise UlnaError(f"the range of '{signal.name}'", f"({lower:g}, {upper:g}) is empty.", "Swap the two.")
     figure = new_figure(width, 0.85 * width)
     axes = figure.subplots()
     dress(axes)

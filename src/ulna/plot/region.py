@@ -103,7 +103,9 @@ def _certificate(proof: Verdict | Certificate) -> Certificate:
     certificate = proof.evidence.get("certificate")
     if not isinstance(certificate, Certificate):
         raise UlnaError(
-            "a figure of a proved region", f"nothing was proved: the claim is {proof.status.value}.", "Ask for less."
+            "a figure of a proved region",
+            f"nothing was proved: the claim is {proof.status.value}.",
+            "Ask for a smaller box or a weaker claim.",
         )
     return certificate
 

@@ -71,7 +71,7 @@ def _plain_parts(value: object, place: str, parts: int) -> Any:
         return sorted((plain(entry, place=place, parts=parts) for entry in value), key=str)
     if isinstance(value, Sequence):
         return [plain(entry, place=f"{place}[{index}]", parts=parts) for index, entry in enumerate(value)]
-    raise UlnaError("results as JSON", f"{place} is of the kind {type(value).__name__}, which JSON cannot hold.")
+    raise UlnaError("results as JSON", f"{place} has the type {type(value).__name__}, which JSON cannot hold.")
 
 
 def _finite(number: float, place: str) -> float:

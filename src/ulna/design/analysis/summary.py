@@ -150,7 +150,7 @@ def _law_obstacles(answers: Mapping[str, Answer], n: int) -> Iterator[str]:
         bracket = answers["involutive"].verdict.evidence.get("bracket")
         yield "the input fields are not involutive" + (f" ({bracket} leaves their span)" if bracket else "")
     if _value(answers, "minimum_phase") == "unstable" and not _value(answers, "full_state_linearizable"):
-        yield "a law that holds the outputs alone lets the rest run away"
+        yield "a law that holds the outputs alone lets the rest diverge"
     if _value(answers, "full_state_linearizable") and _value(answers, "linearizable_at_point") is False:
         yield "the law is singular at the operating point"
     else:

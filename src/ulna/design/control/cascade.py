@@ -110,7 +110,11 @@ def _inner_rate(plant: System, inner: str) -> tuple[sp.Symbol, sp.Expr, sp.Expr,
     asked = f"inner loop of '{inner}' in '{plant.name}'"
     rates = dict(zip((s.name for s in plant.states), plant.inline(plant.rates), strict=True))
     if inner not in rates or len(plant.inputs) != 1:
-        raise DesignError(asked, f"the states are {', '.join(rates)}, the inputs {len(plant.inputs)}.", "One input.")
+        raise DesignError(
+            asked,
+            f"the states are {', '.join(rates)}, the inputs {len(plant.inputs)}.",
+            "Name a state of a plant with one input.",
+        )
     z, u = sp.Symbol(inner, real=True), plant.input_symbols[0]
     rate = sp.expand(rates[inner])
     a, b = rate.diff(z), rate.diff(u)

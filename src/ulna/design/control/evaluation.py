@@ -50,7 +50,9 @@ def _columns(plant: System, states: Any, asked: str) -> Sequence[Any]:
     names = [s.name for s in plant.states]
     if isinstance(states, Mapping):
         if set(states) != set(names):
-            raise DesignError(asked, f"values for {', '.join(map(str, states))}.", f"Give {', '.join(names)}.")
+            raise DesignError(
+                asked, f"values are given for {', '.join(map(str, states))}.", f"Give {', '.join(names)}."
+            )
         return [np.asarray(states[name], dtype=float) for name in names]
     rows = np.asarray(states, dtype=float)
     if rows.ndim not in (1, 2) or rows.shape[-1] != len(names):

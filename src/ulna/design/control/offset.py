@@ -48,7 +48,7 @@ class PermanentOffset:
         roots = [float(z[self.unknown]) for z in zeros_in_box([numerator], {self.unknown: within}).values]
         if not roots:
             raise DesignError(
-                f"offset of '{self.system.name}'", f"it rests nowhere between {within[0]:g} and {within[1]:g}."
+                f"offset of '{self.system.name}'", f"no equilibrium was found between {within[0]:g} and {within[1]:g}."
             )
         return min(roots, key=abs)
 

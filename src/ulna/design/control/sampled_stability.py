@@ -56,7 +56,9 @@ def sampled_grid(
     """
     late = period if delay is None else delay
     if not (0 < period < math.inf and 0 <= late <= period):
-        raise DesignError(f"period {period} s, delay {late} s", "the delay must lie between 0 and the period.")
+        raise DesignError(
+            f"period {period} s, delay {late} s", "expected a positive period and a delay between 0 and the period."
+        )
     law = controller if isinstance(controller, Law) else controller.law
     if law.system.states:
         raise DesignError(f"sampled loop of '{plant.name}'", "its law has integrators.", "Leave them out here.")

@@ -84,7 +84,9 @@ def _asked(
         raise DesignError(asked, f"the range of {name} is {low} to {high} with {count} knots.", "Give lower < upper.")
     others = [k for k, o in enumerate(system.outputs) if o.controlled and o.name != name]
     if len(others) + 1 != len(system.inputs):
-        found = f"{len(system.inputs)} inputs and {len(others) + 1} controlled outputs, expected as many of both."
+        found = (
+            f"{len(system.inputs)} inputs and {len(others) + 1} controlled outputs, expected the same number of both."
+        )
         raise DesignError(
             asked, found, "Say which outputs, as many as inputs, with `with_uses(plant, controlled=[…])`."
         )
@@ -110,7 +112,9 @@ def _family(
         name = f"{system.outputs[output].name} = {as_text(values[k])}"
         root = decimal_root(equations, list(start), near) if len(equations) <= len(start) else None
         if root is None:
-            raise DesignError(asked, f"the plant was not found to rest with {name}.", "Choose a range where it does.")
+            raise DesignError(
+                asked, f"no equilibrium of the plant was found with {name}.", "Choose a range where one exists."
+            )
         try:
             found[k] = linear_plant(system, {s.name: v for s, v in root[0].items()})
         except UlnaError as error:

@@ -79,7 +79,7 @@ def least_cost(
     if free:
         raise DesignError(
             asked,
-            f"the weights leave the mode {free[0]} without cost, so nothing stops it.",
+            f"the weights leave the mode {free[0]} without cost, so nothing damps it.",
             f"Give {free[0].states[0]} a weight above zero.",
         )
     gain = _riccati(found.A, found.B, found.T.T @ np.diag(q) @ found.T, np.diag(r), asked) @ found.inverse
@@ -196,7 +196,9 @@ def _by_one_combination(
         if best is None or effort < best[0]:
             best = (effort, K)
     if best is None:
-        raise DesignError("poles", "no combination of the inputs reaches every mode in numbers.", "Repeat poles less.")
+        raise DesignError(
+            "poles", "no combination of the inputs reaches every mode in numbers.", "Repeat each pole fewer times."
+        )
     return best[1]
 
 

@@ -284,8 +284,8 @@ def no_value(problem: Problem) -> IdentificationError:
     sign = f"Is the sign of {', '.join(turned)} right? " if turned else ""
     return IdentificationError(
         f"identification of '{problem.system.name}'",
-        f"the motion blows up or has no value for the parameters that it begins at: {values}.",
-        f"{sign}Begin nearer: priors={{…}}, or initial={{…}}; for an unstable plant shooting=MultipleShooting(), for a "
+        f"the motion diverges or has no value for the parameters at which the search starts: {values}.",
+        f"{sign}Start nearer: priors={{…}}, or initial={{…}}; for an unstable plant shooting=MultipleShooting(), for a "
         "rough idea of the parameters start=GlobalStart().",
     )
 

@@ -120,9 +120,9 @@ def _exact(step: Step, values: Values) -> sp.ImmutableDenseMatrix:
     exact = sp.ImmutableDenseMatrix(step.compute(values))
     shape = (len(step.printed), len(step.printed[0]))
     if exact.shape != shape:
-        raise UlnaError(f"the step '{step.key}'", f"{exact.shape} entries come out and {shape} are printed.")
+        raise UlnaError(f"the step '{step.key}'", f"the shape of the result is {exact.shape}, the printed one {shape}.")
     if step.known is not None and not (exact - step.known).applyfunc(sp.expand).is_zero_matrix:
-        raise UlnaError(f"the step '{step.key}'", f"{exact} comes out and {step.known} is known.")
+        raise UlnaError(f"the step '{step.key}'", f"the result is {exact}, expected {step.known}.")
     return exact
 
 

@@ -47,7 +47,7 @@ def judge(paper: Paper, exact: Exact, chain: Mapping[str, Checked]) -> tuple[Jud
         general = laws.get(passage.key)
         comparisons = (*(general.comparisons if general else ()), *extra, *(numbers.comparisons if numbers else ()))
         if not comparisons:
-            raise UlnaError(f"a verdict on {passage.label} '{passage.key}'", "nothing of it was compared.")
+            raise UlnaError(f"a verdict on {passage.label} '{passage.key}'", "no part of it was compared.")
         shown = (*(general.shown if general else ()), *(numbers.shown if numbers else ()))
         found.append(Judged(passage=passage, comparisons=comparisons, shown=shown))
     return tuple(found)

@@ -50,11 +50,11 @@ def chosen_channels(channels: Channels, muscles: Sequence[str]) -> Channels:
         muscles = [each.strip() for each in muscles.split(",")]
     if not channels.names:
         raise RecordingError(
-            f"the recording '{channels.source}'", "it has no channels beside the time.", "At least one is needed."
+            f"the recording '{channels.source}'", "it has no channels besides the time.", "At least one is needed."
         )
     if len(muscles) > 2:
         raise RecordingError(
-            f"the recording '{channels.source}'", f"{len(muscles)} muscles are asked for.", "Two at most."
+            f"the recording '{channels.source}'", f"{len(muscles)} muscles are asked for, expected at most two."
         )
     if muscles:
         columns = [_column(channels, str(each)) for each in muscles]

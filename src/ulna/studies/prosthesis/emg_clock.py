@@ -46,7 +46,7 @@ def read_clock(sheet: Sheet, rate: float | None) -> Clock:
         RecordingError: times that go back, stray, or contradict the rate; no times and no rate.
     """
     if rate is not None and not (0 < rate < math.inf):
-        raise RecordingError(f"a recording with rate={rate:g}", "it must be above 0.")
+        raise RecordingError(f"a recording with rate={rate:g}", "expected a number above 0.")
     stated = rate if rate is not None else _stated_rate(sheet.titles)
     times, indices = _candidates(sheet)
     columns = frozenset(times + indices)
@@ -202,8 +202,8 @@ def _even(sheet: Sheet, times: np.ndarray, step: float, place: float) -> tuple[n
         line = sheet.lines[int(worst.argmax())]
         raise RecordingError(
             f"the recording '{sheet.source}'",
-            f"its sampling is uneven: line {line} strays {1e3 * worst.max():.3g} ms from even times of "
-            f"{1e3 * step:.4g} ms; {1e3 * allowed:.3g} ms are smoothed.",
+            f"its sampling is uneven: line {line} is {1e3 * worst.max():.3g} ms away from even steps of "
+            f"{1e3 * step:.4g} ms; {1e3 * allowed:.3g} ms are tolerated.",
             "Resample it at one rate.",
         )
     # Rounding to the last place that is written down is no jitter.

@@ -51,11 +51,13 @@ class Pipeline:
         if not all(rest < level for level, rest in zip(self.contraction, self.rest, strict=True)) or min(self.rest) < 0:
             raise DesignError(
                 f"contractions {self.contraction} over rest {self.rest}",
-                "each must be above the rest, and the rest not below 0.",
+                "expected each contraction above its rest, and rests of at least 0.",
                 "Record a full contraction of each muscle.",
             )
         if not (0 < self.mains < math.inf):
-            raise DesignError(f"a pipeline with mains={self.mains:g} Hz", "it must be above 0.", "It is 50 or 60.")
+            raise DesignError(
+                f"a pipeline with mains={self.mains:g} Hz", "expected a number above 0.", "Give 50 or 60."
+            )
         if not (0 < self.envelope < self.rate / 2):
             raise DesignError(
                 f"a pipeline with envelope={self.envelope:g} Hz", f"expected a number in (0, {self.rate / 2:g})."

@@ -101,7 +101,9 @@ class SyntheticMuscles:
             )
         for name in ("amplitude", "floor", "hum", "crosstalk"):
             if not (0 <= getattr(self, name) < math.inf):
-                raise RecordingError(f"synthetic muscles ({name}={getattr(self, name)})", "it must be from 0 on.")
+                raise RecordingError(
+                    f"synthetic muscles ({name}={getattr(self, name)})", "expected a number of at least 0."
+                )
 
 
 def synthetic_recording(
@@ -116,10 +118,12 @@ def synthetic_recording(
 
     efforts = [np.asarray(effort, dtype=float) for effort in (flexor, extensor)]
     if efforts[0].shape != efforts[1].shape or efforts[0].ndim != 1:
-        raise RecordingError("efforts", f"their shapes are {efforts[0].shape} and {efforts[1].shape}.")
+        raise RecordingError(
+            "efforts", f"their shapes are {efforts[0].shape} and {efforts[1].shape}, expected two rows of one length."
+        )
     effort = np.stack(efforts, axis=1)
     if not ((effort >= 0) & (effort <= 1)).all():
-        raise RecordingError("efforts", "one lies outside [0, 1].", "1 is the greatest voluntary contraction.")
+        raise RecordingError("efforts", "expected numbers in [0, 1].", "1 is the greatest voluntary contraction.")
     count = len(effort)
     settle = int(muscles.rate)
     white = np.random.default_rng(muscles.seed).standard_normal((settle + count, 4))

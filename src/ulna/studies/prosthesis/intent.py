@@ -25,7 +25,10 @@ class CoContractionSwitch:
 
     def __post_init__(self) -> None:
         if not (0 < self.level <= 1 and 0 <= self.hold < math.inf):
-            raise DesignError(f"a co-contraction switch ({self.level}, {self.hold} s)", "level in (0, 1], hold from 0.")
+            raise DesignError(
+                f"a co-contraction switch ({self.level}, {self.hold} s)",
+                "expected a level in (0, 1] and a hold of at least 0 s.",
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +110,7 @@ def read_intent(
         DesignError: limits without a finite speed where the position needs one.
     """
     if not math.isfinite(limits.speed):
-        raise DesignError("intent", "the limits hold no finite speed.")
+        raise DesignError("intent", "the limits give no finite speed.")
     selected, after = _switched(activation, memory, switch or CoContractionSwitch(), rate)
     difference = activation[:, 0] - activation[:, 1]
     position = np.empty(len(activation))
