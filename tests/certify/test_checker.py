@@ -63,7 +63,7 @@ def test_a_decaying_state_is_right() -> None:
 
 
 def test_a_growing_state_is_not() -> None:
-    _refused("V is not proved to fall", rates=("x",))
+    _refused("V is not proved to decrease", rates=("x",))
 
 
 @pytest.mark.parametrize(("level", "right"), [("95/100", True), ("105/100", False)])
@@ -112,7 +112,7 @@ def test_a_state_driven_by_a_decaying_error_is_right() -> None:
 @pytest.mark.parametrize(
     ("given", "reason"),
     [
-        ({"rates": ("-w + 3*e", "-e")}, "V is not proved to fall"),
+        ({"rates": ("-w + 3*e", "-e")}, "V is not proved to decrease"),
         ({"rates": ("-w + e", "e")}, "the errors' part of V does not decrease"),
         ({"rates": ("-w + e", "-e - e**3")}, "the errors are not linear"),
         ({"rates": ("-w + e", "-e - w/9")}, "the errors are not linear"),
@@ -128,7 +128,7 @@ def test_errors_that_are_none_are_refused(given: dict[str, Any], reason: str) ->
 def test_an_error_of_the_largest_coupling_that_falls_is_right() -> None:
     """−w² + 2·c·w·e/2 − e² is negative definite for c < 2."""
     assert check(_certificate(**_with_error(rates=("-w + 19/10*e", "-e")))).holds
-    _refused("V is not proved to fall", **_with_error(rates=("-w + 21/10*e", "-e")))
+    _refused("V is not proved to decrease", **_with_error(rates=("-w + 21/10*e", "-e")))
 
 
 @pytest.mark.parametrize(("level", "right"), [("1/100", True), ("1", False)])

@@ -172,9 +172,9 @@ def test_the_second_program_refuses_growth_beyond(coupling: str, reason: str) ->
 @pytest.mark.parametrize(
     ("given", "reason"),
     [
-        ({"decay": ("3/2", "1")}, "fall at the rate"),
-        ({"decay": ("1/2", "5/2")}, "fall at the rate"),
-        ({"decay": ("0", "1")}, "fall at the rate"),
+        ({"decay": ("3/2", "1")}, "decrease at the rate"),
+        ({"decay": ("1/2", "5/2")}, "decrease at the rate"),
+        ({"decay": ("0", "1")}, "decrease at the rate"),
         ({"decay": ("1/2",)}, "one rate for each block"),
         ({"P": (("1", "1/2"), ("1/2", "1"))}, "one rate for each block"),
         ({"wires": (("s", "1/w"),)}, "divides by what is not shown to differ from 0"),

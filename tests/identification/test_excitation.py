@@ -92,7 +92,7 @@ def test_the_table_is_read_back(best):
         (["m2"], {"noise": {"y": 0}}, "not positive"),
         (["m2"], {"duration": -1}, "-1 s"),
         ([], {}, "no parameter"),
-        (["m2", "m1", "b"], {"tries": 2}, "tells m2, m1, b"),
+        (["m2", "m1", "b"], {"tries": 2}, "distinguishes m2, m1, b"),
     ],
 )
 def test_what_cannot_be_asked_is_one_line(servo, free, changed, said):

@@ -52,12 +52,12 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
 def test_a_product_is_told_and_its_factors_are_not() -> None:
     fit = identify(_motor(), _log(_motor(), 1), free="a, b, c")
     assert fit.unknown == ("b", "c")
-    assert fit["b"].reason == "the model tells only b*c"
+    assert fit["b"].reason == "the model determines only b*c"
     assert fit["a"].known
     helped = identify(_motor(), _log(_motor(), 1), free="a, b, c", priors={"c": "1 ± 5%"})
     assert not helped.unknown
     assert np.isinf(fit["b"].std)
-    with pytest.raises(IdentificationError, match="cannot be told"):
+    with pytest.raises(IdentificationError, match="cannot be determined"):
         fit.box()
 
 

@@ -6,7 +6,7 @@ from ulna.base import UlnaError
 
 
 class CertifyError(UlnaError):
-    """A loop that no theorem here speaks of, a claim that cannot be read, a file that is no certificate."""
+    """A loop that no theorem here covers, a claim that cannot be read, a file that is not a certificate."""
 
 
 class ChangedError(CertifyError):

@@ -44,12 +44,12 @@ def analyse(
         list[str] | None,
         typer.Option(
             metavar="NAME=LOW:HIGH",
-            help="Look for rest points with the state in this range: 'x=-5:5'. Left out: the plant file's. Repeatable.",
+            help="Look for equilibria with the state in this range: 'x=-5:5'. Left out: the plant file's. Repeatable.",
         ),
     ] = None,
     identify: Unknown = "",
     evidence: Annotated[
-        bool, typer.Option("--evidence", help="Show what stands behind every answer, with --json too.")
+        bool, typer.Option("--evidence", help="Show the evidence for every answer, with --json too.")
     ] = False,
     substitute: Substitute = False,
     exact: Exact = False,

@@ -39,7 +39,7 @@ def design(
 ) -> None:
     """Design a feedback law, an observer, or both and the compensator that joins them.
 
-    With neither poles nor weights it is the best that the plant has, with poles after the plant's own pace: a law that
+    Without poles and weights it is the best that the plant has, with poles at the plant's own speed: a law that
     is exact, else input-output, else local on the linearisation, and an observer. The law holds the operating point of
     the plant file unless it takes a set point or a reference.
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @with_groups
 def excite(
     plant: PlantOptions,
-    free: Annotated[str, typer.Option(metavar="NAMES", help="Parameters to be known: 'm2,Ra'.")],
+    free: Annotated[str, typer.Option(metavar="NAMES", help="Parameters to be identified: 'm2,Ra'.")],
     limit: Annotated[
         list[str],
         typer.Option(
@@ -39,12 +39,12 @@ def excite(
     ] = None,
     initial: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="Where the log starts, inputs at 0: 'theta=90deg'."),
+        typer.Option(metavar="NAME=VALUE", help="Initial states of the log, inputs at 0: 'theta=90deg'."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the input (CSV).")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Find the input within limits that tells parameters apart best.
+    """Find the input within limits from which parameters are identified best.
 
     Examples:
         ulna excite one_link_arm --free m2,Ra --limit u=24 --initial theta=90deg --duration 4 --out input.csv

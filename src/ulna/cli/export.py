@@ -79,7 +79,7 @@ def export_c(
         bool, typer.Option("--measure", help="Count instructions and stack of a call on an emulated --target.")
     ] = False,
     verify: Annotated[
-        Path | None, typer.Option(help="Write nothing: say whether this folder belongs to the design.")
+        Path | None, typer.Option(help="Write nothing: check whether this folder belongs to the design.")
     ] = None,
     as_json: AsJson = False,
     *,

@@ -39,7 +39,7 @@ class LogOptions:
     joined: Annotated[
         bool, typer.Option("--joined", help="Inputs follow straight lines between samples; else they are held.")
     ] = False
-    delay: Annotated[float, typer.Option(metavar="S", help="By which inputs act later than written down, s.")] = 0.0
+    delay: Annotated[float, typer.Option(metavar="S", help="Time by which inputs act later than recorded, s.")] = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,22 +48,24 @@ class SearchOptions:
 
     prior: Annotated[
         list[str],
-        typer.Option(metavar="NAME=VALUE±STD", help="What is known besides: 'm2=5 ± 12%'. Repeatable."),
+        typer.Option(metavar="NAME=VALUE±STD", help="What is known of a parameter: 'm2=5 ± 12%'. Repeatable."),
     ] = field(default_factory=list)
     bounds: Annotated[
         list[str],
-        typer.Option(metavar="NAME=LOW:HIGH", help="Where to look; else the range of the plant file. Repeatable."),
+        typer.Option(
+            metavar="NAME=LOW:HIGH", help="Bounds of a parameter; else the range of the plant file. Repeatable."
+        ),
     ] = field(default_factory=list)
     noise: Annotated[
         list[str],
         typer.Option(metavar="NAME=STD", help="Noise of an output where it is known: 'theta=0.05 deg'."),
     ] = field(default_factory=list)
-    robust: Annotated[bool, typer.Option("--robust", help="Count outliers less.")] = False
+    robust: Annotated[bool, typer.Option("--robust", help="Give outliers less weight.")] = False
     multiple_shooting: Annotated[
-        bool, typer.Option("--multiple-shooting", help="Cut the runs: for unstable plants.")
+        bool, typer.Option("--multiple-shooting", help="Cut the runs into segments: for unstable plants.")
     ] = False
     global_start: Annotated[
-        bool, typer.Option("--global-start", help="Try many starts: where the plant's values are mere guesses.")
+        bool, typer.Option("--global-start", help="Try many starts: where the plant's values are only guesses.")
     ] = False
 
 
@@ -77,7 +79,7 @@ def identify(
     free: Annotated[
         str,
         typer.Option(
-            metavar="NAMES", help="Parameters to be found: 'm2, Ra'; 'kb = km' for two equal ones; 'friction' by word."
+            metavar="NAMES", help="Parameters to identify: 'm2, Ra'; 'kb = km' for two equal ones; 'friction' by word."
         ),
     ],
     initial: Annotated[
@@ -86,7 +88,7 @@ def identify(
     ] = "free",
     held_out: Annotated[
         list[Path] | None,
-        typer.Option("--held-out", metavar="LOG", help="A log that the result is tried on. Repeatable."),
+        typer.Option("--held-out", metavar="LOG", help="A log that the result is validated on. Repeatable."),
     ] = None,
     constant: Annotated[
         list[str] | None,

@@ -28,15 +28,13 @@ def list_models(
     ] = None,
     linearisable: Annotated[
         bool | None,
-        typer.Option(
-            "--linearisable/--not-linearisable", help="Plants that feedback linearises as a whole, or does not."
-        ),
+        typer.Option("--linearisable/--not-linearisable", help="Plants that are full-state linearisable, or are not."),
     ] = None,
-    states: Annotated[int | None, typer.Option(min=1, help="Plants with so many states.")] = None,
-    inputs: Annotated[int | None, typer.Option(min=0, help="Plants with so many inputs.")] = None,
-    outputs: Annotated[int | None, typer.Option(min=0, help="Plants with so many outputs.")] = None,
+    states: Annotated[int | None, typer.Option(min=1, help="Plants with this many states.")] = None,
+    inputs: Annotated[int | None, typer.Option(min=0, help="Plants with this many inputs.")] = None,
+    outputs: Annotated[int | None, typer.Option(min=0, help="Plants with this many outputs.")] = None,
     export: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the plant file of the one that is left, 'mine.toml'.")
+        Path | None, typer.Option(metavar="FILE", help="Write the plant file of the one found, 'mine.toml'.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:

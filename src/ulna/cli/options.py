@@ -24,7 +24,7 @@ Substitute = Annotated[
     bool,
     typer.Option(
         "--substitute",
-        help="Take functions of the inputs for the inputs, n**2 for n, where the plant is not affine in them.",
+        help="Take functions of the inputs as the inputs, n**2 in place of n, where the plant is not affine in them.",
     ),
 ]
 
@@ -35,7 +35,7 @@ Seconds = Annotated[
     typer.Option(
         "--seconds",
         min=1.0,
-        help="CPU time for the formulas, in all; what is not found by then is undecided. 30, times ULNA_PATIENCE.",
+        help="CPU time for formulas in total, s; what is not found by then is undecided. 30 times ULNA_PATIENCE.",
         show_default=False,
     ),
 ]
@@ -91,7 +91,7 @@ class PlantOptions:
             "--set",
             metavar="NAME=VALUE",
             help="Another value of a parameter, SI or with its unit: 'm2=4', 'm2=4 kg'. Repeatable. A controller that "
-            "is designed for a run does not know it.",
+            "is designed for a run keeps the file's value.",
         ),
     ] = field(default_factory=list)
 
@@ -127,7 +127,7 @@ class DesignOptions:
         bool,
         _law(
             "--best",
-            help="Design the best law and observer that the plant has, with poles after its own pace; what "
+            help="Design the best law and observer that the plant has, with poles at its own speed; what "
             "`ulna design` does where nothing is asked for.",
         ),
     ] = False
@@ -161,8 +161,8 @@ class DesignOptions:
         _law(
             "--schedule",
             metavar="NAME=LOW:HIGH:KNOTS",
-            help="Local laws at so many rest points of an output, gains between them by lines: 'y=0.002:0.02:10'. It "
-            "takes a slow set point.",
+            help="Local laws at this many equilibria along an output, gains interpolated between them: "
+            "'y=0.002:0.02:10'. The law takes a slow set point.",
         ),
     ] = ""
     swing_up: Annotated[
@@ -170,20 +170,22 @@ class DesignOptions:
         _law(
             "--swing-up",
             metavar="ENERGY",
-            help="Pump this energy up to that of the operating point, and catch by the local law of the poles or "
-            "weights: 'om**2/8 + 4.9*(cos(th) - 1)'. Needs --catch.",
+            help="Pump this energy to its value at the operating point, then switch to the local law of the poles "
+            "or weights: 'om**2/8 + 4.9*(cos(th) - 1)'. Needs --catch.",
         ),
     ] = ""
     catch: Annotated[
-        str, _law("--catch", metavar="NAME=SIZE", help="So near the point the swing-up ends: 'th=0.4'.")
+        str, _law("--catch", metavar="NAME=SIZE", help="How near the point the local law takes over: 'th=0.4'.")
     ] = ""
     push: Annotated[float, _law("--push", min=0.0, help="Largest push of a swing-up, SI.")] = 5.0
-    push_gain: Annotated[float, _law("--push-gain", min=0.0, help="Push of a swing-up per energy, SI.")] = 5.0
+    push_gain: Annotated[float, _law("--push-gain", min=0.0, help="Gain of a swing-up: push per energy, SI.")] = 5.0
     pivot: Annotated[
-        str, _law("--pivot", metavar="OUTPUT", help="Output whose acceleration pushes, of a cart 'y'; else the input.")
+        str, _law("--pivot", metavar="OUTPUT", help="Output whose acceleration pumps, 'y' of a cart; else the input.")
     ] = ""
-    hold: Annotated[str, _law("--hold", help="Poles that draw the pivot back meanwhile: '-0.5,-0.5'.")] = ""
-    observer_poles: Annotated[str, _observer("--observer-poles", help="Poles of the error: '-9,-10,-11'.")] = ""
+    hold: Annotated[str, _law("--hold", help="Poles that bring the pivot back: '-0.5,-0.5'.")] = ""
+    observer_poles: Annotated[
+        str, _observer("--observer-poles", help="Poles of the error of the estimates: '-9,-10,-11'.")
+    ] = ""
     high_gain: Annotated[
         float | None,
         _observer(
@@ -221,8 +223,8 @@ class RunOptions:
         _run(
             "--controller",
             metavar="FILE",
-            help="Instead of designing one: a controller as `ulna design --out` writes it, or as you do: a file like "
-            "a plant's, whose outputs include inputs of the plant.",
+            help="A controller in a file, instead of a design: from `ulna design --out`, or your own: a file like a "
+            "plant's, whose outputs include inputs of the plant.",
         ),
     ] = None
     initial: Annotated[
@@ -230,7 +232,7 @@ class RunOptions:
         _run(
             "--initial",
             help="Initial states of the plant in order, '1,0,0', or by name, 'theta=30deg, omega=0', estimates and "
-            "controller's states too; SI or with unit. Left out: at rest at the file's operating point, else zero.",
+            "states of the controller too; SI or with a unit. Left out: at rest at the operating point, else zero.",
         ),
     ] = ""
     observer_initial: Annotated[
@@ -244,14 +246,16 @@ class RunOptions:
     horizon: Annotated[float, _run("--horizon", help="Length of a run, s.")] = 5.0
     engine: Annotated[
         Engine | None,
-        _run("--engine", help="Of a continuous loop: Taylor series, or an implicit method for stiff plants."),
+        _run(
+            "--engine", help="Integrator of a continuous loop: Taylor series, or an implicit method for stiff plants."
+        ),
     ] = None
     reference: Annotated[
         list[str],
         _run(
             "--reference",
             metavar="NAME=FORMULA",
-            help="What an output follows, a number or a formula of the time t: 'y=0.5*sin(t)'. It is the input 'y_ref' "
+            help="Reference of an output, a number or a formula of the time t: 'y=0.5*sin(t)'. It is the input 'y_ref' "
             "of the controller, and 'y_ref_d1' and so on its derivatives. Repeatable.",
         ),
     ] = field(default_factory=list)
@@ -266,7 +270,7 @@ class RunOptions:
     ] = field(default_factory=list)
     seed: Annotated[
         int,
-        _run("--seed", min=0, help="From which everything random follows: noise, clock, what varies."),
+        _run("--seed", min=0, help="Seed of all that is random: noise, clock, varied quantities."),
     ] = 0
 
 
@@ -285,67 +289,68 @@ class HardwareOptions:
         _limits(
             "--stop",
             metavar="NAME=LOW:HIGH",
-            help="End stop of a position, SI: 'theta=-pi/2:pi/2', with rebound 'theta=0:pi/2:0.5'. Repeatable.",
+            help="End stop of a position, SI: 'theta=-pi/2:pi/2', with a rebound 'theta=0:pi/2:0.5'. Repeatable.",
         ),
     ] = field(default_factory=list)
     period: Annotated[
         float | None,
         _processor("--period", help="Run the controller sampled, with this period in s."),
     ] = None
-    delay: Annotated[float, _processor("--delay", help="From sample to new input, s.")] = 0.0
+    delay: Annotated[float, _processor("--delay", help="Time from a sample to the new input, s.")] = 0.0
     discretise: Annotated[
         Discretisation,
-        _processor("--discretise", help="How the controller is stepped; 'exact' needs --observer-poles."),
+        _processor("--discretise", help="How the controller is discretised; 'exact' needs --observer-poles."),
     ] = Discretisation.runge_kutta
     arithmetic: Annotated[
         Arithmetic | None,
         _processor(
             "--arithmetic",
             help="With fused multiply-add, or plain: the same bits in every language. Left out: fused, "
-            "in an export plain.",
+            "for an export plain.",
         ),
     ] = None
     encoder: Annotated[
-        int | None, _processor("--encoder", metavar="BITS", help="Codes of a turn: 2^BITS.", show_default=False)
+        int | None,
+        _processor("--encoder", metavar="BITS", help="Encoder with 2^BITS steps a turn.", show_default=False),
     ] = None
     resolution: Annotated[float, _processor("--resolution", help="Step of the measured outputs, SI.")] = 0.0
     noise: Annotated[
         float,
         _processor("--noise", help="Standard deviation of each measurement, SI."),
     ] = 0.0
-    slew: Annotated[float, _processor("--slew", help="Largest rate of the inputs, SI a second.")] = 0.0
+    slew: Annotated[float, _processor("--slew", help="Largest rate of the inputs, SI per second.")] = 0.0
     anti_windup: Annotated[
         str,
         _processor(
             "--anti-windup",
             metavar="STATES",
-            help="Integrals of the controller that wait while the input is limited, 'e1_int', or 'none'; left out, "
+            help="Integrators of the controller that stop while the input is limited, 'e1_int', or 'none'; left out, "
             "those of --integral.",
         ),
     ] = ""
-    jitter: Annotated[float, _processor("--jitter", help="Samples come late by up to this, s.")] = 0.0
+    jitter: Annotated[float, _processor("--jitter", help="Samples are late by up to this time, s.")] = 0.0
     missed: Annotated[float, _processor("--missed", help="Probability of a missed sample.")] = 0.0
     reference_range: Annotated[
         list[str],
         _processor(
             "--reference-range",
             metavar="NAME=LOW:HIGH",
-            help="A reference out of this range is a fault, and its nearest end is taken: 'y_ref=-1:1'. Repeatable.",
+            help="A reference outside this range is a fault; the nearest end is used: 'y_ref=-1:1'. Repeatable.",
         ),
     ] = field(default_factory=list)
     lateness: Annotated[
         float | None, _processor("--lateness", help="A call later than this is a fault, s.", show_default=False)
     ] = None
     missed_most: Annotated[
-        int | None, _processor("--missed-most", help="More samples missed in a row are a fault.", show_default=False)
+        int | None, _processor("--missed-most", help="More missed samples in a row are a fault.", show_default=False)
     ] = None
     innovation: Annotated[
         str,
         _processor(
             "--innovation",
             metavar="SIZE:SAMPLES",
-            help="Larger innovations at so many samples in a row are a fault, for good or until others in a row are "
-            "smaller: '0.2:10', '0.2:10:50'.",
+            help="Larger innovations at this many samples in a row are a fault, for good or until this many in a "
+            "row are smaller: '0.2:10', '0.2:10:50'.",
         ),
     ] = ""
     safe_output: Annotated[
@@ -359,7 +364,7 @@ class HardwareOptions:
         _processor(
             "--pwm",
             metavar="HZ:V",
-            help="Drive of this carrier and supply: '20e3:24'; its mean, or every pulse with '20e3:24:switched'.",
+            help="PWM with this carrier and supply: '20e3:24' for its mean, '20e3:24:switched' for every pulse.",
         ),
     ] = ""
 

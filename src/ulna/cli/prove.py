@@ -40,7 +40,7 @@ def prove(
         list[str] | None,
         typer.Option(
             metavar="NAME=SIZE",
-            help="Runs that start so near the equilibrium, either side, converge: 'theta=90deg, omega=5'. Left out: "
+            help="Runs that start this near the equilibrium, either side, converge: 'theta=90deg, omega=5'. Left out: "
             "the largest ellipsoid that is found; with --period the largest box.",
         ),
     ] = None,
@@ -52,8 +52,8 @@ def prove(
         typer.Option(
             metavar="NAME=LOW..HIGH",
             help="For every value of these parameters of the plant the loop is stable at rest: 'm2=4..5, Ra=±10%'; "
-            "'posterior=2': of all that a fitted plant is unsure of, 2 standard deviations either side. The controller "
-            "keeps its design values.",
+            "'posterior=2': all uncertain parameters of a fitted plant, 2 standard deviations either side. The "
+            "controller keeps its design values.",
         ),
     ] = None,
     boxes: Annotated[int, typer.Option("--boxes", min=1, help="How many the search may look at.")] = 60_000,

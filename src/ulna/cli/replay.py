@@ -22,7 +22,7 @@ def replay(
     out: Annotated[Path | None, typer.Option(help="Write the run: a .nc (netCDF) or .csv file.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute one run of a sweep anew, compare it with what is stored, and show its path.
+    """Compute one run of a sweep again, compare it with what is stored, and show its path.
 
     The exit status is 1 where the two differ.
     """

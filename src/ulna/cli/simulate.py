@@ -47,7 +47,7 @@ def simulate(
         list[str] | None,
         typer.Option(
             metavar="OUTPUT[=TARGET]",
-            help="Say when an output stays in its 2 % band: 'y' around its reference, else where the plant rests; or "
+            help="Settling time of an output to 2 %: 'y' around its reference, else around its equilibrium; or "
             "'y=0.5'. Repeatable.",
         ),
     ] = None,

@@ -17,7 +17,7 @@ app = UlnaTyper("Studies beyond the paper.", cls=UlnaGroup)
 
 @app.command()
 def prosthesis(
-    preset: Annotated[list[str] | None, typer.Option(help="An arm; again for more. All where left out.")] = None,
+    preset: Annotated[list[str] | None, typer.Option(help="An arm. Repeatable. Left out: all.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="One arm, few plants.")] = False,
     emg: Annotated[
         Path | None,

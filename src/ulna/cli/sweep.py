@@ -31,8 +31,8 @@ def sweep(
         typer.Option(
             metavar="NAME=KIND(…)",
             help="What varies, in SI; may be repeated: 'm2=uniform(0,5)', 'Ra=normal(1,0.1)', 'b=loguniform(0.1,1)', "
-            "'theta=choice(-1,1)'; 'posterior' for all that a fitted plant is unsure of; for a grid "
-            "'m2=steps(0,5,21)' or 'm2=values(1,2,5)' throughout.",
+            "'theta=choice(-1,1)'; 'posterior' for all uncertain parameters of a fitted plant; for a grid "
+            "each as 'm2=steps(0,5,21)' or 'm2=values(1,2,5)'.",
         ),
     ],
     out: Annotated[Path, typer.Option(help="Folder for the results; an interrupted sweep goes on where it was.")],
@@ -41,7 +41,7 @@ def sweep(
     sampling: Annotated[Sampling, typer.Option(help="How runs are drawn.")] = Sampling.random,
     batch_size: Annotated[int | None, typer.Option(help="Runs that are stored together; chosen if left out.")] = None,
     scheduler: Annotated[str, typer.Option(help="Address of a Dask scheduler; this machine if left out.")] = "",
-    worst_by: Annotated[str, typer.Option(help="Figure by which runs are called worst, such as 'peak_u'.")] = "",
+    worst_by: Annotated[str, typer.Option(help="Figure by which runs are ranked as worst, such as 'peak_u'.")] = "",
     over: Annotated[str, typer.Option("--map", help="Axes of the map: 'm2,theta'; else the first two varied.")] = "",
     plot: Annotated[Path | None, typer.Option(help="Draw map, fan charts and worst case into this folder.")] = None,
     as_json: AsJson = False,

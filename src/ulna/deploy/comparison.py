@@ -69,7 +69,7 @@ def compare(
     inputs: Mapping[str, Any] | None = None,
     compiler: str = "cc",
 ) -> Comparison:
-    """Compile the C of a folder here and feed it what the processor measured along a simulated run.
+    """The commands of a folder's C, compiled here and fed with what was measured along a run, beside the run's own.
 
     In double precision every command is compared with that of `simulate`, in single precision with the same step in
     NumPy's.

@@ -50,7 +50,7 @@ class Compiled(AbstractProcessor):
             raise DeployError(
                 f"Compiled('{place}') in the loop of '{loop.plant.name}'",
                 f"the folder is of design {written.design}, the loop is {made.fingerprint}.",
-                "Export it anew, or give the loop that it was written from.",
+                "Export it again, or give the loop that it was written from.",
             )
         symbol = "ulna_" + _hash(place, written.name, self.compiler)
         loaded = library(place, written.name, _harness(made, symbol, fixed), self.compiler)

@@ -48,7 +48,9 @@ def read_design(folder: Path) -> Design:
             files={str(path): str(value) for path, value in data["files"].items()},
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise DeployError(f"the folder '{folder}'", f"it has no {DESIGN} that ulna wrote.", "Export it anew.") from None
+        raise DeployError(
+            f"the folder '{folder}'", f"it has no {DESIGN} that ulna wrote.", "Export it again."
+        ) from None
 
 
 def _fixed(data: Any) -> FixedPoint | None:

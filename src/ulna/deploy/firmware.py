@@ -101,7 +101,7 @@ def firmware(
     precision: Precision = Precision.DOUBLE,
     initial: Mapping[str, float] | None = None,
 ) -> Firmware:
-    """What ships of a loop.
+    """The firmware of a loop: what its processor runs.
 
     Args:
         loop: with a processor and a value for every parameter of the controller.

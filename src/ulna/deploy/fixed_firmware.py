@@ -124,7 +124,7 @@ class FixedFirmware:
 def fixed_firmware(
     loop: Loop, fixed: FixedPoint, *, name: str = "", initial: Mapping[str, float] | None = None
 ) -> FixedFirmware:
-    """What ships of a loop in fixed point.
+    """The firmware of a loop in fixed point.
 
     Args:
         loop: as for `firmware`. fixed: bits and ranges. name, initial: as for `firmware`.

@@ -33,5 +33,5 @@ def library(place: Path, name: str, harness: str, compiler: str) -> ctypes.CDLL:
         )
         if done.returncode:
             lines = done.stderr.strip().splitlines() or ["no message"]
-            raise DeployError(f"the C in '{place}'", f"{compiler} refuses it: {lines[0]}", "Export it anew.")
+            raise DeployError(f"the C in '{place}'", f"{compiler} refuses it: {lines[0]}", "Export it again.")
         return ctypes.CDLL(str(made))

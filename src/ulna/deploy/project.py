@@ -69,7 +69,7 @@ def c_project(
     initial: Mapping[str, float] | None = None,
     measure: bool = False,
 ) -> CProject:
-    """Write the processor's step of a loop as a C99 library with a self-test; the folder appears whole or not at all.
+    """A folder with the processor's step of a loop as a C99 library and a self-test, written whole or not at all.
 
     Args:
         loop: with `Hardware(period=...)`; `arithmetic=Plain()` gives the same bits on every processor.

@@ -116,8 +116,8 @@ def sampled_options(made: Program, loop: Loop) -> list[dict[str, Any]]:
         "limits": ("commands are limited", _each(own.saturations, wide)),
         "slew": ("commands change no faster than their rate", _each(own.slews, {"change": math.inf})),
         "battery": ("the battery sags behind its resistance", _batteries(own)),
-        "jitter": ("samples come late by chance", {"jitter": 0.0} if hardware.jitter else {}),
-        "missed": ("samples are missed by chance", {"missed_share": 0.0} if hardware.missed else {}),
+        "jitter": ("samples are late at random", {"jitter": 0.0} if hardware.jitter else {}),
+        "missed": ("samples are missed at random", {"missed_share": 0.0} if hardware.missed else {}),
     }
     found: list[dict[str, Any]] = []
     switches: dict[str, list[list[Any]]] = {}

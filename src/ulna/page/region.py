@@ -36,7 +36,11 @@ def region_of(certificate: Certificate | SampledCertificate, plant: System) -> d
     if isinstance(certificate, SampledCertificate):
         return _start_box(certificate, names)
     if not certificate.P or not certificate.level:
-        return {"outlines": [], "rest": {}, "text": "Every start is proved to come to rest."}
+        return {
+            "outlines": [],
+            "rest": {},
+            "text": "From every start the run is proved to converge to the equilibrium.",
+        }
     level, value, rest = _function(certificate)
     outlines = []
     for x, y in combinations(names, 2):

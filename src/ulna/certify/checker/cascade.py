@@ -71,7 +71,7 @@ class Everywhere:
             return "there is not one rate for each block of P"
         for (formulas, part), rate in zip(blocks, rates, strict=True):
             if not _falls(formulas, self.symbols[part], [row[part] for row in P[part]], rate):
-                return f"V is not shown to fall at the rate {rate}"
+                return f"V is not shown to decrease at the rate {rate}"
         rest = dict.fromkeys(self.symbols[k:], sp.Integer(0))
         if not all(vanishes(e.xreplace(rest)) for e in self.closed[k:]):
             return "the errors do not rest at 0"

@@ -299,7 +299,7 @@ class _Checker:
             elif not self._settled(point, box):
                 names = self.given.coordinates
                 shown = ", ".join(f"{n}: {float(c):.4g} ± {float(h):.2g}" for n, (c, h) in zip(names, box, strict=True))
-                return f"V is not proved to fall on the box {shown}"
+                return f"V is not proved to decrease on the box {shown}"
         return "" if place == len(self.tree) else "the tree of boxes goes on after its end"
 
     def _settled(self, point: list[arb], box: Box) -> bool:

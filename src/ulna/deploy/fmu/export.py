@@ -56,7 +56,7 @@ def fmu(
     step: float = STEP,
     compiler: str = "cc",
 ) -> FmuFile:
-    """Write an FMU for co-simulation, FMI 3.0 or 2.0: own C, a binary for this machine where it has a compiler.
+    """An FMU for co-simulation, FMI 3.0 or 2.0, as written: own C, a binary for this machine where it has a compiler.
 
     The processor samples every period from the start on, whatever the communication steps are: shorter ones show the
     motion between two samples and change no bit of it, longer ones hold several. Inputs count from the next sample on;

@@ -105,7 +105,7 @@ def analyse(
     groups: float = TOTAL,
     told: Callable[[Mapping[str, Answer]], None] | None = None,
 ) -> Analysis:
-    """Answer every question of docs/analysis.md for a plant; in discrete time those on its linearisation.
+    """The answers to every question of docs/analysis.md on a plant; in discrete time to those on its linearisation.
 
     Args:
         system: the plant, or its name or file. Keys that begin with `observ` are about its measured outputs, all others

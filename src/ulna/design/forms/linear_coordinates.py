@@ -52,7 +52,7 @@ class StateLinearisation:
 
 
 def state_linearisation(system: PlantLike) -> StateLinearisation:
-    """Judge linearisability by coordinates alone and integrate the coordinates.
+    """Whether a plant becomes linear by coordinates alone, and the coordinates where they are found.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs.

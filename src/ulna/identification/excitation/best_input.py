@@ -277,7 +277,9 @@ class _Task:
         """The value to hand out."""
         if best.precision.hidden.any():
             names = [name for name, hidden in zip(self.free, best.precision.hidden, strict=True) if hidden]
-            found = f"no input within the limits tells {', '.join(names)} apart from each other and from the start."
+            found = (
+                f"no input within the limits distinguishes {', '.join(names)} from each other and the initial state."
+            )
             hint = "Fix one of them, or record more outputs; `ulna.identifiability` says which combinations are known."
             raise IdentificationError(self._asked, found, hint)
         errors = best.precision.deviations

@@ -105,13 +105,13 @@ def _estimate(
     if std <= DOUBTFUL * size:
         return found
     if NORMAL * std > USELESS * size:
-        reason = f"the records do not tell it: its standard error would be {100 * std / size:.3g} % of the value"
+        reason = f"the records do not determine it: its standard error would be {100 * std / size:.3g} % of the value"
         return replace(found, std=math.inf, low=-math.inf, high=math.inf, known=False, reason=reason)
     ends = profile(problem, solution, k, std / free.scale, max(float(sure.inflation[k]), 1e-3), loss)
     low, high = (end * free.scale for end in ends)
     if not (math.isfinite(low) and math.isfinite(high)) or max(value - low, high - value) > USELESS * size:
         ends = f"from {low:.3g} to {high:.3g}"
-        reason = f"values {ends} fit as well, or nearly: the records do not tell it"
+        reason = f"values {ends} fit as well, or nearly: the records do not determine it"
         return replace(found, low=low, high=high, std=math.inf, known=False, reason=reason)
     return replace(found, low=low, high=high, reason=f"known to {100 * std / size:.0f} % only; interval by profile")
 
@@ -142,8 +142,8 @@ def _in_words(name: str, moves: Mapping[str, float]) -> str:
         if abs(float(ratio) + moves[others[0]] / moves[name]) < 0.01 and ratio:
             power = "" if abs(ratio) == 1 else f"^{abs(1 / ratio)}"
             # δ other / δ name = −1: their product stays.
-            return f"only {name}{'*' if ratio > 0 else '/'}{others[0]}{power} is told"
-    return f"it can move together with {', '.join(others)} and nothing changes"
+            return f"only {name}{'*' if ratio > 0 else '/'}{others[0]}{power} is determined"
+    return f"it can change together with {', '.join(others)} without any effect"
 
 
 def _tests(problem: Problem, solution: Solution, levels: Sequence[Noise]) -> tuple:
@@ -175,7 +175,7 @@ def _notes(problem: Problem, estimates: Sequence[Estimate], solution: Solution) 
     if still:
         lost = [each.name for each in estimates if not each.known]
         tail = f", which leaves {', '.join(lost)} unknown" if lost else ""
-        notes.append(f"the input {', '.join(still)} never moves{tail}")
+        notes.append(f"the input {', '.join(still)} never changes{tail}")
     if not solution.converged:
         notes.append(f"the search was stopped by {solution.stopped}: the estimates are where it stood")
     said = dict.fromkeys(f"{run.record.name}: {each}" for run in problem.runs for each in run.record.said)
@@ -188,7 +188,7 @@ def fitted_system(
     """The plant with the estimates, their standard errors and correlations; decimals as many as are worth telling."""
     found: dict[str, tuple[float, float, str]] = {}
     for each, free in zip(estimates, problem.free, strict=True):
-        told = source if each.known else f"{source}; not told by it: {each.reason}"
+        told = source if each.known else f"{source}; not determined by it: {each.reason}"
         for name in (free.name, *free.followers):
             # Of one that equals another: the same number, without a chance of its own.
             std = each.std if each.known and name == free.name else math.inf

@@ -47,7 +47,7 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeldOut:
-    """How well a fit foretells a record that it was not made from; its initial states alone were fitted.
+    """How well a fit predicts a record that it was not made from; its initial states alone were fitted.
 
     Attributes:
         record: its name. errors: root mean square by output, SI. ratios: over the noise of the channel.
@@ -138,7 +138,7 @@ class Fit:
             IdentificationError: where one is not known.
         """
         if self.unknown:
-            found = f"{', '.join(self.unknown)} cannot be told from the records."
+            found = f"{', '.join(self.unknown)} cannot be determined from the records."
             raise IdentificationError("box of a fit", found, "Fix them, add priors, or measure more.")
         return {e.name: (e.value - sigmas * e.std, e.value + sigmas * e.std) for e in self.estimates}
 
@@ -159,7 +159,7 @@ class Fit:
         rows = [
             (e.name, e.value, e.std, e.low, e.high, e.unit, e.reason or "known")
             if e.known
-            else (e.name, e.value, "", "", "", e.unit, f"not told: {e.reason}")
+            else (e.name, e.value, "", "", "", e.unit, f"not determined: {e.reason}")
             for e in self.estimates
         ]
         headings = ("parameter", "estimate", "standard error", "from", "to", "unit", "verdict")

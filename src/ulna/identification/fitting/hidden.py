@@ -42,4 +42,4 @@ def _reason(found: Identifiability, name: str) -> str:
     if not told:
         return "it changes no measured output"
     shown = ", ".join(str(each) for each in told[:SHOWN])
-    return f"the model tells only {shown}{' and more' if len(told) > SHOWN else ''}"
+    return f"the model determines only {shown}{' and more' if len(told) > SHOWN else ''}"

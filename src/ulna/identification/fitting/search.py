@@ -47,7 +47,7 @@ def identify(
     shooting: MultipleShooting | None = None,
     most: int = 100,
 ) -> Fit:
-    """The parameters for which the plant's outputs come nearest to the records, how surely, and what is left over.
+    """The parameters for which the plant's outputs come nearest to the records, their uncertainty, and the residuals.
 
     The plant is run with the recorded inputs, held between samples; residuals are weighed by the noise of their
     channel, slopes are exact (`sensitivities`). Initial states of each record are free but for those in `initial`. A

@@ -26,7 +26,7 @@ class Combination:
 
     Attributes:
         expression: the function.
-        verdict: on "the outputs tell this".
+        verdict: on "the outputs determine this".
     """
 
     expression: sp.Expr
@@ -151,7 +151,7 @@ def _supported(expression: sp.Expr, points: int) -> Combination:
 
 def claim(expression: sp.Expr) -> str:
     """What is said of a combination."""
-    return f"the outputs tell {expression}"
+    return f"the outputs determine {expression}"
 
 
 def _ball(value: sp.Expr) -> arb:

@@ -94,7 +94,7 @@ def observed(
             blocks.append([row for level in range(levels) for row in flow.forms(level)])
     if not blocks:
         raise UlnaError(
-            f"what the outputs of '{system.name}' tell of {', '.join(free)}",
+            f"what the outputs of '{system.name}' show of {', '.join(free)}",
             f"no point was found in {_TRIES} random ones where plant and derivatives are finite and real.",
             "Give the parameters values and bounds for which the plant is defined.",
         )

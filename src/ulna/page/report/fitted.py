@@ -76,7 +76,7 @@ def _parameters(fit: Fit) -> Iterator[Block]:
 def _row(each: Estimate) -> tuple[str | Badge, ...]:
     name, unit = verbatim(each.name), verbatim(each.unit)
     if not each.known:
-        return name, f"{each.value:.6g}", "", "", unit, Badge(text="not told", tone=Tone.BAD)
+        return name, f"{each.value:.6g}", "", "", unit, Badge(text="not determined", tone=Tone.BAD)
     interval = f"{each.low:.6g} to {each.high:.6g}"
     badge = Badge(text="roughly known", tone=Tone.MILD) if each.reason else Badge(text="known", tone=Tone.GOOD)
     return name, f"{each.value:.6g}", f"{each.std:.2g}", interval, unit, badge

@@ -137,7 +137,11 @@ def _lateness(deadline: Deadline) -> str:
 def _reaction(reaction: Reaction) -> str:
     if isinstance(reaction, SafeOutput):
         return f"the safe output {value_text(reaction.output)} is commanded"
-    return "the controller goes on, and the fault is told" if isinstance(reaction, Report) else "the last command stays"
+    return (
+        "the controller continues, and the fault is reported"
+        if isinstance(reaction, Report)
+        else "the last command stays"
+    )
 
 
 def _stop(stop: EndStop, units: Mapping[str, str]) -> str:

@@ -184,7 +184,7 @@ def _picture(paper: Paper, number: int, pictures: Mapping[str, str], description
     figure = next(f for f in paper.figures if f.number == number)
     return Picture(
         svg=pictures[f"figure-{number}"],
-        caption=f"Figure {number}, drawn anew. {figure.caption}. {notes()['figure'].get(str(number), '')}",
+        caption=f"Figure {number}, redrawn. {figure.caption}. {notes()['figure'].get(str(number), '')}",
         description=description,
     )
 
