@@ -110,7 +110,7 @@ def test_what_became_of_an_output_is_always_said(two):
         "simulate", two, *POLES, "--initial", "1,0,0", "--settle", "z", "--settle", "v", "--settle", "y=3"
     ).stdout
     assert "z stays in its 2 % band around 2 from t = 0.7824" in said
-    assert "v starts on its target 0" in said
+    assert "v starts at its target 0" in said
     assert "y does not settle: it is" in said
 
 

@@ -179,7 +179,7 @@ def read_certificate(path: str | os.PathLike[str]) -> Certificate | SampledCerti
     """The certificate in a file.
 
     Raises:
-        CertifyError: a file that cannot be read, or is no certificate of this version.
+        CertifyError: a file that cannot be read, or is not a certificate of this version.
         ChangedError: a file that was changed since it was written.
     """
     place = Path(path)

@@ -45,7 +45,7 @@ def settlings(asked: Run, texts: Sequence[str]) -> tuple[Settling, ...]:
     An output without a reference is to settle where the plant rests at its operating point.
 
     Raises:
-        UlnaError: a target that is no number, an output that is not there, a reference that moves.
+        UlnaError: a target that is not a number, an unknown output, a reference that varies.
     """
     from ulna.sim import Settling
 
@@ -92,7 +92,7 @@ def _settled(trajectory: Trajectory, wanted: Settling) -> Settled:
     if time is not None:
         text = f"{wanted.output} stays in {band} from t = {time:.6g} s on"
     elif values[0] == wanted.target:
-        text = f"{wanted.output} starts on its target {wanted.target:.6g}: without a way there is no 2 % band"
+        text = f"{wanted.output} starts at its target {wanted.target:.6g}: with a step of zero there is no 2 % band"
     else:
         last = f"{values[-1]:.6g} at t = {trajectory.times[-1]:.6g} s"
         text = f"{wanted.output} does not settle: it is {last}, outside {band}"

@@ -68,7 +68,7 @@ def signal_values(
     """SI numbers of states, inputs or outputs by name, of entries like `theta=90deg`.
 
     Raises:
-        UlnaError: unknown names, texts that are no value.
+        UlnaError: unknown names, texts that are not values.
     """
     known = {signal.name: signal for signal in signals}
     found = {}
@@ -82,7 +82,7 @@ def ranges_of(system: System, entries: Sequence[str], option: str) -> dict[str, 
     """(lower, upper), SI, by the name of each state in entries like `x=-5:5` or `theta=-90deg:90deg`.
 
     Raises:
-        UlnaError: unknown names, texts that are no pair of values.
+        UlnaError: unknown names, texts that are not pairs of values.
     """
     states = {s.name: s for s in system.states}
     found = {}

@@ -64,7 +64,7 @@ def list_models(
         for entry in found:
             _show(entry)
         if not found:
-            say("No plant of the catalogue is like that. `ulna models` lists all.")
+            say("No plant of the catalogue matches. `ulna models` lists all.")
 
 
 def _has(entry: Model, words: list[str]) -> bool:

@@ -21,18 +21,18 @@ def next_step(analysis: Analysis, name: str) -> tuple[str, str]:
     missing = [p.name for p in system.parameters if p.value is None]
     if missing:
         values = " ".join(f"--set {each}=1" for each in missing)
-        return "with values for what has none", f"ulna design {name} {values}"
+        return "with values for the parameters that have none", f"ulna design {name} {values}"
     if not system.inputs and system.outputs and not system.discrete:
         noise = f"{','.join(['1'] * len(system.states))}:{','.join(['0.01'] * len(system.outputs))}"
-        return "an observer, for there is nothing to control", f"ulna design {name} --kalman {noise}"
+        return "an observer, since there is no input", f"ulna design {name} --kalman {noise}"
     if system.discrete or not system.inputs:
-        return "a run of it as it is", f"ulna simulate {name}"
+        return "a run of the plant as it is", f"ulna simulate {name}"
     if _holds(analysis, "dynamic_extension") and not _holds(analysis, "full_state_linearizable"):
         order = sum(r or 0 for r in answers["dynamic_extension"].value["relative_degree"])
         poles = ",".join(str(-k) for k in range(2, 2 + order))
         return "a law with integrators before the inputs", f"ulna design {name} --extend --controller-poles={poles}"
     if _holds(analysis, "full_state_linearizable"):
-        return "the exact law and what observer there is", f"ulna design {name}"
+        return "the exact law and an observer where one exists", f"ulna design {name}"
     return "the best law that the plant has, and why no better one", f"ulna design {name}"
 
 

@@ -43,7 +43,7 @@ def number_list(text: str, asked: str) -> list[float]:
     """The numbers in a comma-separated text, formulas such as pi/2 included.
 
     Raises:
-        UlnaError: for an entry that is no number.
+        UlnaError: for an entry that is not a number.
     """
     return [number(part, f"{asked} '{text}'") for part in typed_list(text)]
 
@@ -89,7 +89,7 @@ def formula_of_time(text: str, asked: str, *, unit: str | None = None) -> float 
     """An SI number, or a formula in `ulna.sim.TIME` where the text has the name t.
 
     Raises:
-        UlnaError: for other names, a text that is no formula.
+        UlnaError: for other names, a text that is not a formula.
     """
     from ulna.sim import TIME
     from ulna.symbolic.formulas import parse_formula

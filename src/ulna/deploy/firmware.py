@@ -36,7 +36,7 @@ class Port:
 ELAPSED = Port(slot="elapsed", name="elapsed", signal=Signal(name="elapsed", unit="s", text="time since the last call"))
 """What a loop with `Deadline(lateness=...)` is told."""
 _KEPT = ("missed", "elapsed", "fault")
-"""Names of the structures that no signal may bear."""
+"""Names of the structures that no signal may have."""
 
 
 # No slots: it is compared and shown by identity, and holds the loop it came from.

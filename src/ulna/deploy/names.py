@@ -16,7 +16,7 @@ _GREEK = {"GREEK SMALL LETTER ": "", "GREEK CAPITAL LETTER ": "capital_"}
 
 
 def c_name(name: str) -> str:
-    """The name as an identifier of C: Greek letters by their names, what is no letter or digit as an underscore.
+    """The name as an identifier of C: Greek letters by their names, other signs as underscores.
 
     Words that C, C++, Python or JavaScript keep for themselves get an underscore at the end.
     """

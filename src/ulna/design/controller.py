@@ -113,7 +113,7 @@ def controller_for(
 
     Warns:
         UlnaWarning: if gains were given and fell to a law that is not exact; if the outputs alone are linearised as
-            asked and what is left to itself may run away.
+            asked and what is left to itself may diverge.
 
     Examples:
         >>> made = ulna.controller_for("mass_spring_damper", law=[-1, -2], observer=[-5, -6])

@@ -66,7 +66,7 @@ class Poles(AbstractGainRule):
     chains the poles are dealt out in order, so list each chain's poles together.
 
     Raises:
-        DesignError: for text that is no number or a complex pole without its conjugate.
+        DesignError: for text that is not a number or a complex pole without its conjugate.
 
     Examples:
         >>> ulna.state_feedback("duffing", ulna.Poles(-1, -2)).poles
@@ -124,7 +124,7 @@ class LinearQuadratic(AbstractGainRule):
     The gains are the nearest short rationals of the Riccati solution (SciPy), so that designs stay exact after it.
 
     Raises:
-        DesignError: for weights that are no numbers or of the wrong sign.
+        DesignError: for weights that are not numbers or of the wrong sign.
 
     Examples:
         >>> law = ulna.state_feedback("duffing", ulna.LinearQuadratic(state_weights=[10, 1], input_weight=0.1))
@@ -248,7 +248,7 @@ def gain_rule(given: Gains) -> AbstractGainRule:
     """A gain rule as it is; poles in a list, an array or a text as `Poles`.
 
     Raises:
-        DesignError: for what is no pole.
+        DesignError: for what is not a pole.
     """
     return given if isinstance(given, AbstractGainRule) else Poles(given)
 

@@ -42,7 +42,7 @@ def pushed(plant: System, states: Sequence[str]) -> System:
     """The plant with an input `push_<state>` added to the rate of each of these states.
 
     Raises:
-        SimulationError: a name that is no state.
+        SimulationError: a name that is not a state.
     """
     known = [s.name for s in plant.states]
     unknown = [name for name in states if name not in known]

@@ -57,7 +57,7 @@ def parameter_values(system: System, given: Mapping[str, float] | None) -> dict[
     """The SI value of every parameter.
 
     Raises:
-        PlantError: a name that is no parameter, parameters without a value.
+        PlantError: a name that is not a parameter, parameters without a value.
     """
     names = [p.name for p in system.parameters]
     unknown = [name for name in given or {} if name not in names]

@@ -101,7 +101,7 @@ def _rows(loop: Loop, made: Program, begin: Begin, pushes: Sequence[str]) -> dic
 
 
 def _controller_parameters(loop: Loop, made: Program) -> list[dict[str, Any]]:
-    """Those that coefficients alone hang on: of an exactly held estimator the matrices are computed before."""
+    """Those that coefficients alone depend on: of an exactly held estimator the matrices are computed before."""
     if "phi_0_0" in made.begin or loop.parts is None:
         return []
     owned = {p.name: p for p in loop.parts.system.parameters}

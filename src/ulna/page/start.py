@@ -76,7 +76,7 @@ def reference_at_start(name: str, given: Mapping[str, float], point: Mapping[str
 
 
 def check_inputs(name: str, given: Mapping[str, Any], known: Sequence[str]) -> None:
-    """Refuse names that are neither a reference nor a disturbance, and values that are no number.
+    """Refuse names that are neither a reference nor a disturbance, and values that are not numbers.
 
     Raises:
         SimulationError: naming the first.

@@ -59,7 +59,7 @@ def studio(
 
     Args:
         loops: a `Loop`, or a plant alone, its name or its file: it moves without a controller. One `Trajectory` alone
-            is replayed: it can be paused, slowed down and sought, not changed.
+            is replayed: it can be paused, slowed down and searched, not changed.
         out: the file to write; left out, a file among the temporary ones, which is opened in the browser.
         names: a title for each loop; left out, the names of their controllers.
         initial: states in SI where the page begins, by name or in order; a list of these gives each loop its own. Left
@@ -191,7 +191,7 @@ def _replay_text(
     payload = replay_payload(run, title=names[0] if names else "run", region=region, paused=paused)
     facts = payload["loops"][0]["facts"]
     lasted = run.times[-1] - run.times[0]
-    note = f"A recorded run of {lasted:.4g} s: it can be paused, slowed down and sought, not changed."
+    note = f"A recorded run of {lasted:.4g} s: it can be paused, slowed down and searched, not changed."
     return page_text(payload, [], notes=[note], hint="", legend=_legend([""], facts))
 
 
@@ -287,7 +287,7 @@ def _legend(titles: Sequence[str], facts: Mapping[str, Any]) -> str:
         "Dashed: estimate." if _estimates_drawn(facts) else "",
     ]
     lines.append("Red dashes: limits." if facts["limits"] else "")
-    lines.append("One colour a controller." if len(titles) > 1 else "")
+    lines.append("One colour for each controller." if len(titles) > 1 else "")
     return " ".join(each for each in lines if each)
 
 

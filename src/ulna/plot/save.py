@@ -25,7 +25,7 @@ _SETTINGS: Final[dict[Any, Any]] = {"svg.fonttype": "path", "svg.hashsalt": "uln
 
 
 def svg_text(figure: Figure, *, prefix: str = "") -> str:
-    """Return the figure as one `<svg>` element, letters drawn as paths, without date or document head.
+    """Return the figure as one `<svg>` element, text drawn as paths, without date or document head.
 
     Args:
         figure: any Matplotlib figure.

@@ -18,7 +18,7 @@ def bound(kernel: Kernel, numbers: Mapping[str, float], *, precision: Precision 
 
     It is computed in the precision that the lowering will have, by the operations it will have, so that every bit of
     the results stays. What would not be finite is left to be computed there. A choice whose condition is known
-    becomes what it chooses. Names in `numbers` that are no inputs are passed over.
+    becomes what it chooses. Names in `numbers` that are not inputs are ignored.
     """
     kept = [name for name in kernel.inputs if name not in numbers]
     out = InstructionList(len(kept))

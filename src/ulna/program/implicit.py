@@ -38,7 +38,7 @@ class ImplicitKernel:
 
     @property
     def given(self) -> tuple[str, ...]:
-        """The inputs that are no unknowns."""
+        """The inputs that are not unknowns."""
         return self.kernel.inputs[: len(self.kernel.inputs) - len(self.unknowns)]
 
 

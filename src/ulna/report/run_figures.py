@@ -104,7 +104,7 @@ def figure_lines(found: RunFigures, units: Mapping[str, str]) -> Iterator[str]:
         target = _with_unit(found.targets[name], units.get(name))
         if math.isnan(each.settling_time):
             yield (
-                f"{name} starts on its target {target}; it moves off it by at most "
+                f"{name} starts at its target {target}; it deviates by at most "
                 f"{_with_unit(each.peak_error, units.get(name))}"
             )
             continue

@@ -5,8 +5,8 @@
 3. The slopes of w' by the errors grow at most as w itself, so errors that decay do not drive w to infinity.
 
 Every node of a formula is given an interval of its values over all of space, and the degree to which it grows with the
-outer coordinates; its slopes by the errors are given degrees in forward mode. Coefficients, which may hang on the size
-of the errors, do not matter: the errors decay by themselves.
+outer coordinates; its slopes by the errors are given degrees in forward mode. Coefficients, which may depend on the
+size of the errors, do not matter: the errors decay by themselves.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ class Everywhere:
         for e in self.maps:
             grown(e, known, 0)
         for symbol, formula in self.wires:
-            # Where a wire lies is known from its formula; what hangs on it comes after it.
+            # Where a wire lies is known from its formula; what depends on it comes after it.
             known[symbol] = grown(formula, known, 0)
         for e in self.rates:
             grown(e, known, 0)

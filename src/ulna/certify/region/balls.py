@@ -25,7 +25,7 @@ class Slopes:
     """A form and its derivatives, in floating point and in balls.
 
     Attributes:
-        form: whose. active: places of the coordinates that the derivatives hang on; the others do not matter.
+        form: whose. active: places of the coordinates that the derivatives depend on; the others do not matter.
         values: g, k and β. jacobian: ∂g/∂ζ, ∂k/∂ζ, β and its derivatives, row by row.
         float_values, float_jacobian: the same in floating point.
         still: of the coordinates before the errors, the errors at 0; None where there are no errors.
@@ -196,7 +196,7 @@ def slopes_of(form: Form) -> Slopes:
     whole = kernel("values", given, {f"v{k}": e for k, e in enumerate(values)})
     domain = Domain(form)
     used = {symbol for e in (*entries, *commands) for symbol in e.free_symbols}
-    # Where the loop is not defined everywhere, that may hang on any coordinate.
+    # Where the loop is not defined everywhere, that may depend on any coordinate.
     used |= set() if domain.everywhere else set(z)
     return Slopes(
         form=form,

@@ -27,8 +27,8 @@ class Form:
     Attributes:
         limited: the loop in its own states x. symbols: ζ. forward: T in x. inverse: T⁻¹ in ζ.
         closed: g, the rates where no limit is met. gains: (n, m) β. commands: k in ζ.
-        outer: how many coordinates come before those of a linear part e' = A e that hangs on itself alone, the error of
-            an exact observer; all of them where there is none.
+        outer: how many coordinates come before those of a linear part e' = A e that depends on itself alone, the error
+            of an exact observer; all of them where there is none.
     """
 
     limited: Limited
@@ -128,7 +128,7 @@ def without_errors(form: Form) -> Form:
 
 
 def _outer(symbols: Sequence[sp.Symbol], closed: Sequence[sp.Expr], gains: sp.MatrixBase) -> int:
-    """Where the linear part that hangs on itself alone begins."""
+    """Where the linear part that depends on itself alone begins."""
     n = len(symbols)
     for start in range(1, n):
         inner = set(symbols[start:])

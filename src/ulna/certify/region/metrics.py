@@ -89,7 +89,7 @@ def _candidate(
     rate = decay * (0.03 + 0.92 / (1.0 + np.exp(-np.clip(point[-1], -30, 30))))
     weighed, outer = np.exp(point[:-1]) / sizes**2, slopes.form.outer
     solution = np.zeros_like(matrix)
-    # Where errors hang on themselves alone the form is block diagonal.
+    # Where errors depend on themselves alone the form is block diagonal.
     for part in (slice(0, outer), slice(outer, len(matrix))):
         shifted = matrix[part, part] + rate * np.eye(len(matrix[part, part]))
         if len(shifted):

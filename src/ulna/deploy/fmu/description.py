@@ -47,7 +47,7 @@ def _attributes(values: Mapping[str, str]) -> str:
 
 
 def _plain(text: str) -> str:
-    """Without letters that XML does not have."""
+    """Without characters that XML does not have."""
     return "".join(c if c.isprintable() else " " for c in text)
 
 

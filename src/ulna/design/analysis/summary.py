@@ -64,7 +64,7 @@ def _formulas(expressions: Any) -> str:
 
 def _linearisable(system: System, answers: Mapping[str, Answer]) -> str:
     if not system.inputs:
-        return "has nothing that drives it"
+        return "has no input"
     if _open(answers, "full_state_linearizable"):
         return "may be linearisable by feedback: that is open"
     if _value(answers, "full_state_linearizable"):
@@ -113,34 +113,34 @@ def _zero_dynamics(system: System, answers: Mapping[str, Answer]) -> str:
     if value is None:
         return ""
     if not value["coords"]:
-        return "nothing moves behind its outputs (no zero dynamics)"
+        return "it has no zero dynamics"
     names = ", ".join(value["coords"])
     told = _STABLE.get(str(stability), "of unknown stability")
-    return f"what moves behind constant outputs ({names}) is {told}"
+    return f"its zero dynamics ({names}) are {told}"
 
 
 def _discrete(answers: Mapping[str, Answer]) -> str:
     stable = _value(answers, "stable")
     word = {True: "stable", False: "unstable", None: "of open stability"}[stable]
-    return f"moves in steps of a period and is {word} at its rest point"
+    return f"is in discrete time and {word} at its equilibrium"
 
 
 def _obstacles(system: System, answers: Mapping[str, Answer], at_rest: bool) -> Iterator[str]:
     n = len(system.states)
     spent = [key for key, a in answers.items() if a.verdict.evidence.get("ran_out")]
     if not at_rest:
-        yield "it does not rest at the operating point"
+        yield "the operating point is not an equilibrium"
     if not system.inputs and not system.discrete:
-        yield "there is no input to act on"
+        yield "there is no input"
     elif not system.discrete:
         yield from _law_obstacles(answers, n)
     if not system.outputs:
         yield "there is no output to observe"
     elif (_value(answers, "observability_rank") or n) < n:
-        yield "part of the state does not show in the outputs"
+        yield "part of the state is not observable from the outputs"
     if spent:
         more = f" and {len(spent) - 3} more" if len(spent) > 3 else ""
-        yield f"the time was spent before {', '.join(spent[:3])}{more} could be answered"
+        yield f"the time ran out before {', '.join(spent[:3])}{more} could be answered"
 
 
 def _law_obstacles(answers: Mapping[str, Answer], n: int) -> Iterator[str]:

@@ -59,7 +59,7 @@ def extended_kalman_filter(system: PlantLike, noise: KalmanNoise | None = None) 
 
     Raises:
         PlantError: for a plant without output.
-        DesignError: for densities that are no numbers, of the wrong sign or number, or under unknown names.
+        DesignError: for densities that are not numbers, of the wrong sign or number, or under unknown names.
 
     Examples:
         >>> filtered = ulna.extended_kalman_filter("duffing", ulna.KalmanNoise(measurement=[1e-4]))
@@ -104,7 +104,7 @@ def densities(system: System, noise: KalmanNoise) -> tuple[sp.Matrix, sp.Matrix]
     """Q (n, n) and R (p, p), diagonal.
 
     Raises:
-        DesignError: for densities that are no numbers, of the wrong sign or number, or under unknown names.
+        DesignError: for densities that are not numbers, of the wrong sign or number, or under unknown names.
     """
     Q = _diagonal(noise.process, [s.name for s in system.states], "process noise", positive=False)
     R = _diagonal(noise.measurement, [s.name for s in system.outputs], "measurement noise", positive=True)

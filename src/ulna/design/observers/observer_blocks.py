@@ -6,8 +6,8 @@ In a block of size κ the chain z_κ = ψ(h), z_{k−1} = L_f z_k − a_k(y) is 
 
 so blocks meet only through the outputs that a_k may depend on. With ξ_{j,l} = L_f^l h_j as coordinates the slopes are
 read off from the highest derivatives, ∂a_k/∂y_j = ∂/∂ξ_{j,k−1} of what is left of the left side, for every output j
-with κ_j ≥ k. Where κ_j < k the derivative y_j^(k−1) is no coordinate: κ_j = k − 1 ≥ 2 leaves the second derivatives of
-a_k to read, κ_j = 1 leaves a_k free in y_j (it can be moved into a_{k−1}).
+with κ_j ≥ k. Where κ_j < k the derivative y_j^(k−1) is not a coordinate: κ_j = k − 1 ≥ 2 leaves the second derivatives
+of a_k to read, κ_j = 1 leaves a_k free in y_j (it can be moved into a_{k−1}).
 Sources: Krener and Respondek, SIAM J. Contr. Opt. 23 (1985); Xia and Gao, SIAM J. Contr. Opt. 27 (1989).
 """
 
@@ -199,7 +199,7 @@ def _potential(section: OutputSection, slopes: dict[int, sp.Expr], what: str) ->
     """A function of y with the given partial derivatives, output by output.
 
     Raises:
-        NotOfOutputsError: if the slopes are no gradient or an integral is not found.
+        NotOfOutputsError: if the slopes are not a gradient or an integral is not found.
     """
     total = sp.Integer(0)
     for j, slope in slopes.items():

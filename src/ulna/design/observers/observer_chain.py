@@ -109,7 +109,7 @@ def input_coefficients(section: OutputSection, coordinates: list[sp.Expr]) -> sp
     """(n, m) c(y) with L_g z = c(h(x)).
 
     Raises:
-        NotOfOutputsError: if a coefficient is no function of the outputs: the input condition fails.
+        NotOfOutputsError: if a coefficient is not a function of the outputs: the input condition fails.
     """
     view = section.view
     entries = [

@@ -21,7 +21,7 @@ def free_parameters(
     """The parameters that are looked for, with their starts, bounds and priors.
 
     Raises:
-        IdentificationError: names that nothing bears, one that stands twice, no value to begin at, bounds that leave
+        IdentificationError: names that nothing has, one that is given twice, no value to start at, bounds that leave
             it out.
     """
     entries = free.split(",") if isinstance(free, str) else list(free)

@@ -19,7 +19,7 @@ from ulna.system import System
 def held_out_errors(
     problem: Problem, solution: Solution, runs: Sequence[Experiment], levels: Sequence[Noise]
 ) -> tuple[HeldOut, ...]:
-    """The errors on each record, parameters as they were found, initial states fitted anew."""
+    """The errors on each record, parameters as they were found, initial states fitted again."""
     values = problem.parameters(solution.unknowns)
     fixed: System = problem.system.with_parameters(values)
     names = tuple(s.name for s in fixed.states if s.name not in problem.initial)

@@ -30,7 +30,7 @@ class Noise:
 
 
 def noise_of(values: list[np.ndarray]) -> Noise:
-    """The noise of a channel from its samples alone, in several experiments; a smooth motion is no noise."""
+    """The noise of a channel from its samples alone, in several experiments; a smooth motion is not noise."""
     step = quantiser_step(np.concatenate(values))
     rough = [roughness(each) for each in values if len(each) >= _FEW]
     whole = np.concatenate(values)

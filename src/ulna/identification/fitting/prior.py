@@ -34,7 +34,7 @@ def prior_of(given: Any, asked: str, *, value: float | None, unit_text: str) -> 
         unit_text: the parameter's unit, which another must measure the same as.
 
     Raises:
-        IdentificationError: text that is no prior, a standard deviation that is not positive.
+        IdentificationError: text that is not a prior, a standard deviation that is not positive.
     """
     if isinstance(given, Prior):
         found = given

@@ -244,7 +244,7 @@ def _estimated(solution: Solution, levels: Sequence[Noise]) -> tuple[Noise, ...]
         whole = np.concatenate([each[:, k][np.isfinite(each[:, k])] for each in solution.rows.plain])
         robust = float(np.median(np.abs(whole))) / 0.6745
         rms = float(np.sqrt(np.mean(whole**2)))
-        # Outliers that a robust loss leaves aside are no noise of the channel.
+        # Outliers that a robust loss leaves aside are not noise of the channel.
         std = min(rms, 1.5 * robust) if (solution.weights < 1.0).any() and robust > 0.0 else rms
         found.append(replace(level, std=max(std, level.floor)))
     return tuple(found)

@@ -130,7 +130,7 @@ def read_record(
 def as_record(given: Any, *, name: str = "record") -> Record:
     """The record that something stands for: a `Record`, a file, a `Trajectory`, a table of pandas or xarray, a mapping.
 
-    Columns of a mapping or a table bear their units in the names, `theta [deg]`, or, as `Trajectory.to_pandas` and
+    Columns of a mapping or a table have their units in the names, `theta [deg]`, or, as `Trajectory.to_pandas` and
     `to_xarray` write them, in `attrs`. Times are the index or the column `time`.
 
     Raises:
@@ -255,7 +255,7 @@ def _time_column(where: str, names: Sequence[str], asked: str | None) -> int:
 def _check(
     name: str, times: np.ndarray, columns: Mapping[str, np.ndarray], where: Sequence[str], *, lost: bool = True
 ) -> None:
-    """Refuse what is no record; `where` says where each sample stands."""
+    """Refuse what is not a record; `where` says where each sample stands."""
     asked = f"the record '{name}'"
     if times.ndim != 1 or len(times) < 2:
         raise IdentificationError(asked, f"it holds {len(times)} samples.", "At least two are needed.")

@@ -66,7 +66,7 @@ def read_sheet(source: Path, *, called: str = "the record", error: type[UlnaErro
         source: the file. called, error: what messages call it and are raised as.
 
     Raises:
-        UlnaError: a file that cannot be read, is no text or too large, or a line that does not fit the others.
+        UlnaError: a file that cannot be read, is not text or too large, or a line that does not fit the others.
     """
     try:
         return _sheet(source)

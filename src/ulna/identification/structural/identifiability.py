@@ -86,7 +86,7 @@ def identifiability(
         seconds: s of CPU time for the input-output equations.
 
     Raises:
-        IdentificationError: for an unknown name (it says which is near), one that stands twice, no output, and in
+        IdentificationError: for an unknown name (it says which is near), one that is given twice, no output, and in
             discrete time.
 
     Source: A. Sedoglavic, J. Symbolic Computation 33 (2002); L. Ljung and T. Glad, Automatica 30 (1994).

@@ -121,7 +121,7 @@ function ulnaClock(loops, { speed = 1, keep = 60, budget = 8, now = () => perfor
 
     rewind(seconds) { return clock.seek(target - seconds); },
 
-    // After the loops were started anew.
+    // After the loops were started again.
     forget() {
       kept = [];
       place = -1;

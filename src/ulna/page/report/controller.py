@@ -25,7 +25,7 @@ def _controller(loop: Loop, values: dict[str, float]) -> Iterator[Block]:
     passed = getattr(made, "passed", {})
     if passed:
         rows = tuple((verbatim(name), verbatim(reason)) for name, reason in passed.items())
-        yield Table(head=("method", "why not"), rows=rows, caption="Passed over for the one taken")
+        yield Table(head=("method", "why not"), rows=rows, caption="Better methods that do not work here")
     law, observer = getattr(made, "law", None), getattr(made, "observer", None)
     if isinstance(law, Law):
         yield from _law(law)

@@ -99,7 +99,7 @@ def _residuals(fit: Fit) -> Iterator[Block]:
         yield Text(text=verbatim(f"{each.output}: {each.text}."))
     for held in fit.held_out:
         shares = ", ".join(f"{100 * share:.4g} % of the variance of {name}" for name, share in held.explained.items())
-        yield Text(text=verbatim(f"{held.record}, held out: the fit foretells {shares}."))
+        yield Text(text=verbatim(f"{held.record}, held out: the fit predicts {shares}."))
 
 
 def _records(fit: Fit) -> Iterator[Block]:

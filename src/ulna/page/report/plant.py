@@ -57,7 +57,7 @@ def _parameter(parameter: Parameter) -> tuple[Cell, ...]:
 
 
 def _value(value: Any) -> str:
-    """A number to six digits, what is no number as it is written."""
+    """A number to six digits, anything else as it is written."""
     try:
         return number_text(float(value), 6)
     except (TypeError, ValueError):

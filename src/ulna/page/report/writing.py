@@ -95,7 +95,7 @@ def report_text(
     if missing:
         names = ", ".join(missing)
         moving = [Section(anchor="run", title="A run", blocks=(Text(text=_no_run(names)),))]
-        sentences.append(f"It does not move here: parameters without a value: {names}.")
+        sentences.append(f"It cannot run here: parameters without a value: {names}.")
     else:
         start = _start(body, values, initial)
         drive = _drive(body, values, inputs or {})
@@ -124,7 +124,7 @@ def report_text(
 
 
 def _no_run(names: str) -> str:
-    return f"There is no run: parameters without a value: {names}. Give them, and the report moves."
+    return f"There is no run: parameters without a value: {names}. Give them to see a run."
 
 
 def _start(body: Loop, values: Mapping[str, float], initial: Any) -> dict[str, float]:

@@ -65,7 +65,7 @@ class Format:
     upper: float
 
     def integer(self, value: float) -> int:
-        """The nearest integer, within the bounds; what is no number is 0."""
+        """The nearest integer, within the bounds; NaN becomes 0."""
         if math.isnan(value):
             return 0
         scaled = min(max(value, self.lower), self.upper) * 2.0**self.point

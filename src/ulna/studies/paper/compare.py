@@ -53,7 +53,7 @@ class Comparison:
     Attributes:
         place: where it stands within the equation (`"row 3, x2*sin(x1)"`); empty for the whole.
         printed: as printed.
-        exact: the exact value, expression or matrix; None for a statement that is no formula.
+        exact: the exact value, expression or matrix; None for a statement that is not a formula.
         finding: how they stand to one another.
         meaning: what a difference amounts to; empty when there is none.
         copied: a misprint that only follows from an earlier one.

@@ -75,9 +75,9 @@ def consequence_blocks(
                 _figure("poles", pictures, "Poles of the loop with estimator, at rest.", "Poles in the complex plane."),
             )
         ),
-        _figure("figure-5", pictures, f"Figure 5, drawn anew. {notes()['figure']['5']}", "Link angle over time."),
-        _figure("figure-6", pictures, f"Figure 6, drawn anew. {notes()['figure']['6']}", "Link angle over time."),
-        _figure("figure-7", pictures, f"Figure 7, drawn anew. {notes()['figure']['7']}", "Estimated angle over time."),
+        _figure("figure-5", pictures, f"Figure 5, redrawn. {notes()['figure']['5']}", "Link angle over time."),
+        _figure("figure-6", pictures, f"Figure 6, redrawn. {notes()['figure']['6']}", "Link angle over time."),
+        _figure("figure-7", pictures, f"Figure 7, redrawn. {notes()['figure']['7']}", "Estimated angle over time."),
         _figure("voltage", pictures, "The voltage of the runs of Figure 6.", "Voltage over time."),
     )
 

@@ -1,4 +1,4 @@
-"""The figures of the report: those of the paper drawn anew, and what it does not show."""
+"""The figures of the report: those of the paper redrawn, and what it does not show."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ class Printed:
 
     Attributes:
         text: as it stands in the data file.
-        expression: with marks; exponents are no printed numbers and stay.
+        expression: with marks; exponents are not printed numbers and stay.
         marks: mark → its number.
     """
 

@@ -86,7 +86,7 @@ def document(found: Findings, pictures: Mapping[str, str], live: Mapping[str, tu
             ),
             Section(anchor="forearm", title="The passive forearm", blocks=passive_blocks(found.passive, pictures)),
             Section(anchor="schematics", title="Figures 1 to 3", blocks=_schematics(found.paper, pictures)),
-            Section(anchor="claims", title="Sentences that claim something", blocks=_claims(found.claims)),
+            Section(anchor="claims", title="Claims in the text", blocks=_claims(found.claims)),
             *_equations(found.judged),
             Section(anchor="method", title="How this was made", blocks=_method()),
         ),

@@ -1,4 +1,4 @@
-"""Figures 1 to 3 of the paper, drawn anew: the forearm, the driven arm, the motor's circuit.
+"""Figures 1 to 3 of the paper, redrawn: the forearm, the driven arm, the motor's circuit.
 
 The angle is drawn the way the equations beside each figure count it: upward in (1) to (12), downward from (13) on.
 """

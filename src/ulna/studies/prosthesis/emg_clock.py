@@ -26,7 +26,7 @@ class Clock:
 
     Attributes:
         rate: samples a second. rows: (N,) whole numbers that grow, the place of each row in an even grid.
-        columns: those that are no muscles: times and sample numbers.
+        columns: those that are not muscles: times and sample numbers.
         said: where the rate comes from; what was smoothed.
     """
 
@@ -206,7 +206,7 @@ def _even(sheet: Sheet, times: np.ndarray, step: float, place: float) -> tuple[n
             f"{1e3 * step:.4g} ms; {1e3 * allowed:.3g} ms are tolerated.",
             "Resample it at one rate.",
         )
-    # Rounding to the last place that is written down is no jitter.
+    # Rounding to the last place that is written down is not jitter.
     jitter = float(worst.max())
     return rows, 0.0 if jitter <= 1.1 * place else jitter
 

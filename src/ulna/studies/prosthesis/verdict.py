@@ -73,7 +73,7 @@ def recommendation(found: Comparison) -> str:
     if best.contender.measures_all:
         plain = next((each for each in whole if not each.contender.measures_all), None)
         text += "It needs sensors of speed and current; "
-        text += "from the angle alone nobody does every task. " if plain is None else _with_angle(plain)
+        text += "from the angle alone no controller does every task. " if plain is None else _with_angle(plain)
     if lost:
         text += "Not to be built on this arm: " + "; ".join(
             f"{each.contender.title} (lost at {', '.join(task.key.replace('_', ' ') for task in each.lost)})"
@@ -112,7 +112,7 @@ def advice_text(preset: Preset) -> str:
 
 
 def _error(found: Comparison, contender: Contender, task: Task) -> float:
-    """The RMS error that 95 of 100 plants stay below, degrees, one code at least; 180 where it is no number."""
+    """The RMS error that 95 of 100 plants stay below, degrees, one code at least; 180 where it is not a number."""
     value = found.entries[contender.key, task.key].quantile("rms_error", SHARE)
     return max(math.degrees(found.bench.step), value) if math.isfinite(value) else 180.0
 

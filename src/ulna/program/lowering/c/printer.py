@@ -21,7 +21,7 @@ def to_c(kernel: Kernel, function_name: str, *, precision: Precision = Precision
     arrays must not overlap.
 
     Raises:
-        FormulaError: a function name that is no identifier.
+        FormulaError: a function name that is not an identifier.
     """
     real = precision.value
     pairs, results = c_statements(kernel, kernel.identifiers, precision=precision)

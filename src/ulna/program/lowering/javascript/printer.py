@@ -19,7 +19,7 @@ def to_javascript(kernel: Kernel, function_name: str, *, precision: Precision = 
     once. Under `Plain()` arithmetic of the same precision the results are those of every other lowering.
 
     Raises:
-        FormulaError: a function name that is no identifier; FMA and FLIP, which JavaScript does not have.
+        FormulaError: a function name that is not an identifier; FMA and FLIP, which JavaScript does not have.
     """
     given = [f"inputs[{k}]" for k in range(len(kernel.inputs))]
     taken = [f"outputs[{k}]" for k in range(len(kernel.outputs))]
