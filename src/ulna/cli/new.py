@@ -11,13 +11,13 @@ from ulna.base import PlantError
 from ulna.cli.files import write_text
 
 _PLANT = """# A plant for ulna: change the lines below into yours, they work as they are.
-# Everything that may stand here: docs/plant-file.md.
+# Everything that is possible here: docs/plant-file.md.
 
 format = 1
 name = "NAME"
 text = "a pendulum with a motor at its joint"   # what it is, in a line; may be left out
 
-[parameters]                  # what does not move: value and unit, or only a number: m = 0.5
+[parameters]                  # what is constant: value and unit, or only a number: m = 0.5
 m = { value = 0.5, unit = "kg", range = [0.1, 2], text = "mass" }
 l = { value = 30, unit = "cm", text = "length" }
 g = { value = 9.81, unit = "m/s^2" }
@@ -26,11 +26,11 @@ d = { value = 0.02, unit = "N*m*s/rad", text = "friction" }
 [definitions]                 # abbreviations for the formulas below, in any order; may be left out
 J = "m*l**2"
 
-[states]                      # what moves, in order; each with the formula of its derivative
+[states]                      # what changes in time, in order; each with the formula of its derivative
 theta = { unit = "rad", equation = "omega", text = "angle, from hanging" }
 omega = { unit = "rad/s", equation = "(u - m*g*l*sin(theta) - d*omega)/J" }
 
-[inputs]                      # what drives it
+[inputs]                      # what acts on it
 u = { unit = "N*m", text = "torque of the motor" }
 
 [outputs]                     # what is measured and to be controlled

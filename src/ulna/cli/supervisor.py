@@ -196,9 +196,9 @@ class _Watch:
             return _INTERRUPTED
         number = os.WTERMSIG(status)
         if number == signal.SIGPROF:
-            why = "the time is spent; --seconds gives more"
+            why = "the time ran out; --seconds gives more"
         elif number in (signal.SIGABRT, signal.SIGKILL, signal.SIGSEGV, signal.SIGBUS):
-            why = "a library found no memory"
+            why = "the memory ran out"
         else:
             return 128 + number
         if self._show is None:

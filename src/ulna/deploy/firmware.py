@@ -156,7 +156,7 @@ def firmware(
 
 
 def controllers_part(loop: Loop, initial: Mapping[str, float]) -> dict[str, float]:
-    """What of a run's initial values is the processor's: states of the controller, estimates, driven inputs."""
+    """The initial values of a run that are the processor's: states of the controller, estimates, driven inputs."""
     own = {s.name for s in (*loop.wiring.memory, *_estimates(loop), *loop.wiring.driven)}
     return {name: float(value) for name, value in initial.items() if name in own}
 

@@ -204,7 +204,7 @@ class LinearQuadratic(AbstractGainRule):
 
 @dataclass(frozen=True, slots=True)
 class Bandwidth(AbstractGainRule):
-    """How fast the loop is to be, ω in rad/s: fits every plant, whatever its number of states and its units.
+    """The bandwidth of the loop, ω in rad/s: for every plant, whatever its number of states and its units.
 
     A chain of r integrators gets the Butterworth polynomial of order r with radius ω. A linearisation gets the gains of
     least effort with which every mode slower than ω/2 is mirrored there: modes at 0 go to −ω, fast ones stay.

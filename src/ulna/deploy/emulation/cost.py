@@ -18,7 +18,7 @@ _COUNTED = 2e6
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cost:
-    """What a call of the step costs.
+    """The cost of one call of the step: instructions, stack and code.
 
     Attributes:
         instructions: of a call, on average over the self-test. most: of the longest.

@@ -59,7 +59,7 @@ class Linearisability:
 
 
 def linearisability(system: PlantLike) -> Linearisability:
-    """Judge full-state linearisability; no output is needed and none is used.
+    """Whether a plant is full-state linearisable; no output is needed and none is used.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs.

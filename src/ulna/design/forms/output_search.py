@@ -69,7 +69,7 @@ class LinearisingOutputs:
 
 
 def linearising_outputs(system: PlantLike) -> LinearisingOutputs:
-    """Find outputs for which the plant is exactly linearisable by feedback.
+    """Outputs for which the plant is exactly linearisable by feedback.
 
     Raises:
         NotAffineError: if the plant is not affine in its inputs.

@@ -23,7 +23,7 @@ from ulna.system import KalmanFilter, Signal, System, control_affine
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KalmanNoise:
-    """How much noise a Kalman filter is to expect.
+    """The noise densities that a Kalman filter assumes.
 
     Densities are those of white noise in continuous time, in SI² s: samples of standard deviation σ every T seconds
     have σ² T, an encoder of step q has q² T/12. On a processor a sample's variance is density / T again.

@@ -101,7 +101,7 @@ def excite(
 
     Raises:
         IdentificationError: unknown names, an input without a limit, a start outside the limits, a parameter that no
-            input within the limits tells.
+            input within the limits makes identifiable.
 
     Reference:
         G. C. Goodwin, R. L. Payne, Dynamic System Identification: Experiment Design and Data Analysis, Academic

@@ -117,7 +117,7 @@ def _estimate(
 
 
 def _at_bound(value: float) -> str:
-    return f"the fit runs against its bound {value:.6g}: widen it, or the model leaves something out"
+    return f"the fit ends at its bound {value:.6g}: widen it, or the model is incomplete"
 
 
 def _combinations(problem: Problem, solution: Solution, sure: Uncertainty) -> tuple[Mapping[str, float], ...]:
@@ -177,7 +177,7 @@ def _notes(problem: Problem, estimates: Sequence[Estimate], solution: Solution) 
         tail = f", which leaves {', '.join(lost)} unknown" if lost else ""
         notes.append(f"the input {', '.join(still)} never changes{tail}")
     if not solution.converged:
-        notes.append(f"the search was stopped by {solution.stopped}: the estimates are where it stood")
+        notes.append(f"the search was stopped by {solution.stopped}: the estimates are those of its last step")
     said = dict.fromkeys(f"{run.record.name}: {each}" for run in problem.runs for each in run.record.said)
     return (*notes, *said)
 

@@ -62,7 +62,7 @@ class HeldOut:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fit:
-    """What `identify` found. Whatever takes a plant takes it: its `system` is the plant with the estimates as values.
+    """The result of `identify`, accepted wherever a plant is: its `system` is the plant with the estimates as values.
 
     Attributes:
         system: the plant with estimates, standard errors and their correlation.

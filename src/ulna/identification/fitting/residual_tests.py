@@ -18,7 +18,7 @@ BEYOND = 1.25
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResidualTest:
-    """What is left over of one output.
+    """The residual of one output.
 
     Attributes:
         output: its name. unit: SI. rms: of the residual. noise: what the channel's own noise is, by its quantiser and

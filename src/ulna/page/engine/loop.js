@@ -39,7 +39,7 @@ function ulnaLoop(program, facts) {
       const when = `at ${Number(m[at("ended")].toPrecision(4))} s`;
       return [
         "It is running.",
-        `It blew up ${when}: a state grew beyond every bound. Start it again, nearer to its target say.`,
+        `It blew up ${when}: a state grew without bound. Start it again nearer to its target.`,
         `It stopped ${when}: a number was no longer finite. Start it again from elsewhere.`,
         `It stopped ${when}: it moves too fast for the steps of this page. Start it again in slow motion.`,
       ][m[CODE]];

@@ -107,7 +107,7 @@ class Controls {
     const plant = own.filter(({ item }, j) => item.owner === "plant" && own.findIndex((each) => each.item.name === item.name) === j);
     for (const { item } of plant) place.append(this._parameter(0, item));
     if (plant.length && app.payload.loops.some((loop) => loop.closed)) {
-      place.prepend(el("p", { class: "quiet" }, "A controller keeps the numbers it was designed with: here you see what it does when the plant is another one."));
+      place.prepend(el("p", { class: "quiet" }, "A controller keeps the numbers it was designed with: here you see what it does when the plant differs."));
     }
     app.loops.forEach((loop, k) => {
       const named = new Map(loop.facts.parameters.filter((item) => item.owner !== "plant").map((item) => [item.name, item]));

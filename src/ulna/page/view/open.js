@@ -121,7 +121,7 @@ function fillChoices(app) {
   const field = toggle("arrows", "plant's own motion", app.plane.arrows, (on) => { app.plane.arrows = on; app.changed(); });
   byId("plane-axes").append(el("span", { class: "quiet" }, "across"), x, el("span", { class: "quiet" }, "up"), y, app.replay ? "" : field.root);
   const notes = [];
-  if (app.payload.equilibria.length) notes.push("Discs are points of rest, filled where stable.");
+  if (app.payload.equilibria.length) notes.push("Discs are equilibria, filled where stable.");
   if (app.payload.region) notes.push(app.payload.region.text);
   if (!app.replay) notes.push("Click, or use the arrow keys and Enter, to start from a point.");
   byId("plane-note").textContent = notes.join(" ");

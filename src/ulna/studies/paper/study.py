@@ -38,7 +38,7 @@ _HOLDS = ("index.html", "results.json", "figures/*.svg", "figures/*.png", "traje
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """What `reproduce` made.
+    """The result of `reproduce`.
 
     Attributes:
         findings: everything that was found.

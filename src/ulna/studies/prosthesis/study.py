@@ -32,7 +32,7 @@ CURVES = ("reach", "follow", "pick_up", "push")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProsthesisStudy:
-    """What `study_prosthesis` made: comparisons, the same as plain data, the folder and its page."""
+    """The result of `study_prosthesis`: comparisons, the same as plain data, the folder and its page."""
 
     found: tuple[Comparison, ...]
     results: Mapping[str, Any]
@@ -49,7 +49,7 @@ def study_prosthesis(
     calibration: Recording | str | Path | None = None,
     mains: float = 50.0,
 ) -> ProsthesisStudy:
-    """Compare the controllers and write `index.html`, which needs nothing else, and `results.json` into a folder.
+    """The comparison of the controllers, with `index.html`, which needs nothing else, and `results.json` in a folder.
 
     Args:
         out: the folder; new, empty, or an earlier output, which is replaced.
