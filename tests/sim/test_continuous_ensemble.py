@@ -175,5 +175,5 @@ def test_a_plant_too_long_to_be_compiled_runs_one_by_one(monkeypatch: pytest.Mon
 
 def test_a_staircase_is_refused_in_plain_words() -> None:
     stairs = system_from_mapping({"states": {"x": "-floor(x)"}, "outputs": {"y": "x"}})
-    with pytest.raises(SimulationError, match="staircase"):
+    with pytest.raises(SimulationError, match="step function"):
         simulate(stairs, [[1.0]], 1.0)
