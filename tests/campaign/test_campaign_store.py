@@ -191,7 +191,7 @@ def test_a_folder_that_cannot_be_made_is_one_clear_error(tmp_path) -> None:
 
 def test_a_second_process_on_the_same_folder_is_refused(tmp_path) -> None:
     run(tmp_path / "a")
-    with locked(tmp_path / "a"), pytest.raises(CampaignError, match="another process is at work"):
+    with locked(tmp_path / "a"), pytest.raises(CampaignError, match="another process is using"):
         run(tmp_path / "a")
 
 

@@ -13,5 +13,5 @@ class CampaignError(UlnaError):
         ...     ulna.Uniform(low=2, high=1)
         ... except ulna.CampaignError as error:
         ...     print(error)
-        Uniform(low=2, high=1): its limits are the wrong way round. Give low < high.
+        Uniform(low=2, high=1): low is not below high. Give low < high.
     """

@@ -120,6 +120,14 @@ class UltimateBound:
     Args:
         box: SI distance from rest, either side, of each state by name; the others start at rest. Left out: the same
             multiple of the size of every state of the plant (its range, else 1), the largest that is found.
+
+    Examples:
+        >>> law = ulna.state_feedback("duffing", [-2, -3])
+        >>> chip = ulna.Hardware(period=5e-3, sensors=ulna.Quantiser.encoder(bits=12))
+        >>> loop = ulna.close_loop("duffing", law, hardware=chip)
+        >>> found = ulna.prove(loop, ulna.UltimateBound(box={"x1": 0.1}))
+        >>> found.holds, found.evidence["ends_within"]["x1"] < 0.01
+        (True, True)
     """
 
     box: Mapping[str, float] = field(default_factory=dict)

@@ -110,5 +110,5 @@ def test_a_gpu_runs_sampled_loops_only_and_in_batches_of_some_size() -> None:
     with pytest.raises(SimulationError, match="once a period"):
         simulate(ARM, [0.0, 0.0], 1.0, engine=FixedSteps(device=Gpu()))
     for wrong in ({"runs": 0}, {"threads": 0}, {"threads": 2048}):
-        with pytest.raises(SimulationError, match="a batch has runs"):
+        with pytest.raises(SimulationError, match="expected at least one run"):
             Gpu(**wrong)

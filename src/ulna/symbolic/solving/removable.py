@@ -21,16 +21,30 @@ _DIRECTIONS = ((1, 1), (-2, 3))
 
 
 def limit_at(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """The expression with the values in it; where that is 0/0, the limit, if it is the same from several directions."""
+    """The expression with the values in it; where that is 0/0, the limit, if it is the same from several directions.
+
+    A quotient of polynomials alone has none: whoever divides by x there means the pole, and a run has no value either.
+    """
     value = put_in(expression, values)
     if not value.has(*_NOTHING):
         return value
     moving = sorted((s for s in expression.free_symbols if s in values), key=str)
+    if not _has_function_in(_without_value(expression, values), moving):
+        return value
     lines = [{s: [values[s], sp.Rational(*d) + k] for k, s in enumerate(moving)} for d in _DIRECTIONS]
     first, second = (_limit(expression, line) for line in lines)
     if first is None or second is None or sp.simplify(first - second) != 0:
         return value
     return first
+
+
+def _without_value(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+    """The sum of the terms that have no value there."""
+    return sp.Add(*(t for t in sp.Add.make_args(expression) if put_in(t, values).has(*_NOTHING)))
+
+
+def _has_function_in(expression: sp.Expr, symbols: Collection[sp.Symbol]) -> bool:
+    return any(f.has(*symbols) for f in expression.atoms(sp.Function)) if symbols else False
 
 
 def _limit(expression: sp.Expr, curve: Mapping[sp.Symbol, list[sp.Expr]]) -> sp.Expr | None:
@@ -82,11 +96,8 @@ def _holes(expression: sp.Expr, moving: Collection[sp.Symbol]) -> Iterator[tuple
 
 
 def _filled(expression: sp.Expr, symbol: sp.Symbol, place: sp.Expr, numbers: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    terms = sp.Add.make_args(expression)
-    singular = [t for t in terms if put_in(t, {symbol: place}).has(*_NOTHING)]
-    whole = sp.Add(*singular)
-    known = any(f.has(symbol) for f in whole.atoms(sp.Function))
-    if not known or whole.count_ops() > _LONG or whole.has(sp.Piecewise):
+    whole = _without_value(expression, {symbol: place})
+    if not _has_function_in(whole, [symbol]) or whole.count_ops() > _LONG or whole.has(sp.Piecewise):
         return expression
     coefficients = _coefficients(whole, symbol, place)
     if coefficients is None:
@@ -95,7 +106,7 @@ def _filled(expression: sp.Expr, symbol: sp.Symbol, place: sp.Expr, numbers: Map
     reach = _reach([c.xreplace(dict(numbers)) for c in coefficients])
     series = _nested(coefficients, away)
     near = sp.Piecewise((series, away**2 < sp.Float(reach) ** 2), (whole, True))
-    return sp.Add(*(t for t in terms if t not in singular), near)
+    return sp.Add(expression, -whole, near)
 
 
 def _coefficients(whole: sp.Expr, symbol: sp.Symbol, place: sp.Expr) -> list[sp.Expr] | None:
