@@ -104,7 +104,8 @@ def simulate(
             trajectory = run_continuous(system, *run, engine=settings, limits=_limits(found), reported=tuple(events))
         else:
             trajectory = run_difference(system, *run) if system.discrete else run_static(system, *run[1:])
-        trajectory = replace(trajectory, plant=plant)
+        if plant is not None:  # a copy costs a tenth of a short run
+            trajectory = replace(trajectory, plant=plant)
         return _finished(trajectory, float(at[-1])) if throw else trajectory
     asked = request(system, found, runs, initial, at, inputs, parameters, targets, seed, threads)
     if runs is None and found is not None:
