@@ -18,7 +18,7 @@ beartype_packages(("ulna",), conf=_CHECKS)
 
 # Room for the type checks and for slower machines: time budgets count seconds. Questions that no time answers take all
 # of it, a good part of the whole run, so it is no more than that; the catalogue's answers come with 1, too.
-os.environ.setdefault("ULNA_PATIENCE", "1.5")
+os.environ.setdefault("ULNA_PATIENCE", "2")
 
 # No windows, also in processes that tests start.
 os.environ["MPLBACKEND"] = "Agg"
