@@ -21,13 +21,14 @@ TRIED = (["ulna", "--version"], ["ulna", "analyse", "duffing"], ["ulna", "reprod
 
 
 def read_fragments(folder: Path) -> dict[str, list[str]]:
-    """What each fragment says, by kind, in order of its file's name."""
+    """What each fragment says, by kind, in order of its file's name: a sentence or two, or a list of them."""
     found: dict[str, list[str]] = {kind: [] for kind in KINDS}
     for path in sorted(folder.glob("*.*.md")):
         kind = path.name.split(".")[-2]
         if kind not in found:
             raise SystemExit(f"{path.name}: '{kind}' is not a kind of change. Known: {', '.join(KINDS)}.")
-        found[kind].append(" ".join(path.read_text(encoding="utf-8").split()))
+        items = re.split(r"^- ", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+        found[kind] += [" ".join(item.split()) for item in items if item.strip()]
     return found
 
 
