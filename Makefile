@@ -70,7 +70,8 @@ bench: $(VENV)/.test.stamp
 	@$(BIN)/python benchmarks/firmware.py
 	@$(BIN)/python benchmarks/continuous_ensemble.py
 
-$(VENV)/.base.stamp: requirements/base.txt pyproject.toml
+# CITATION.cff changes with the version, which the installed package tells too.
+$(VENV)/.base.stamp: requirements/base.txt pyproject.toml CITATION.cff
 	$(make_venv)
 	@$(BIN)/python -m pip install --quiet -r requirements/base.txt
 	@$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .

@@ -54,9 +54,8 @@ def simulate(
     processor, whatever the number of threads.
 
     Args:
-        loop: a `Loop`, a `System`, what has one as its `.system` (a closed loop), or the name or file of a plant;
-            parameters may be symbolic. One without states has outputs along the time and nothing else; `initial` is
-            () then.
+        loop: a `Loop`, a `System`, what has a `.system`, or the name or file of a plant; parameters may be symbolic.
+            One without states has outputs along the time and nothing else; `initial` is () then.
         initial: states in SI: (n,) in order, or by name. Of a `Loop` the plant's states are enough: the controller's
             states start at 0 (a filter's covariance at its own), or where they or the estimates (`x_hat`) are named, as
             may be a driven input: what the drive holds before the first command. For N runs (N, n), by name (N,).
