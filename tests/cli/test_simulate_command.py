@@ -183,6 +183,12 @@ def test_units_and_formulas_that_do_not_fit_are_refused(arguments, reason):
     assert reason in refused(*ARM, *arguments)
 
 
+def test_a_missing_controller_is_named_by_its_option(tmp_path):
+    said = refused(*ARM, "--controller", str(tmp_path / "none.toml"))
+    assert said.startswith("error: --controller '")
+    assert "none.toml': it cannot be read (No such file or directory). Check the path." in said
+
+
 def test_a_static_law_is_no_plant(tmp_path):
     out = tmp_path / "law.toml"
     assert ulna("design", "duffing", "--controller-poles", "-1,-2", "--out", str(out)).exit_code == 0

@@ -158,7 +158,11 @@ def _read(run: RunOptions, design: DesignOptions, hardware: HardwareOptions) -> 
     if hardware.discretise is Discretisation.exact:
         found = "no part of a controller in a file is known to be linear."
         raise SimulationError("--discretise exact", found, "Give --discretise runge-kutta.")
-    return read_system(run.controller)
+    try:
+        return read_system(run.controller)
+    except PlantError as error:
+        asked = error.asked.replace("plant file", "--controller", 1)
+        raise PlantError(asked, error.found, error.hint) from None
 
 
 def _wants_design(design: DesignOptions, hardware: HardwareOptions) -> bool:

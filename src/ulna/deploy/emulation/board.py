@@ -46,7 +46,7 @@ def run_on_board(target: Target, sources: Sequence[Path], *, flags: Sequence[str
         raise DeployError(
             f"a run on target '{target.name}'",
             "it is not a particular processor.",
-            "Name one: target='cortex-m4f', say.",
+            "Choose a target that is one: cortex-m4f, say.",
         )
     compiler, emulator = _program(target.compiler), _program(EMULATOR)
     place = files("ulna.deploy.emulation")
